@@ -1,9 +1,9 @@
-"""Measure anew what chance does to the scenes of the tests, and the bounds that follow from it.
+"""Measure the random variation of the tests' scenes again, and the bounds that follow from it.
 
 Each scene of `tests/scenes/scenes_*.py` runs with seeds 0, 1, 2 and so on. The medians and the
-worst figures replace those of `tests/scenes/scenes.tsv`, whole or not at all; margins stay as they
-are there. Prints each figure with its worst seeds, and the bound that it had before. A scene that
-fails for a seed is told with the error, and then nothing is written.
+worst figures replace those of `tests/scenes/scenes.tsv`, all or none; the margins there are kept.
+Prints each figure with its worst seeds, and its previous bound. If a scene fails for a seed, the
+error is printed, and nothing is written.
 
 Run it with: python benches/scenes.py [--seeds N] [SCENE ...]
 A SCENE is the beginning of a name, such as `servo`; without one, all are measured.
@@ -43,7 +43,7 @@ from scene_table import (
 
 SCENES = all_scenes()
 Rows = dict[tuple[str, str], Row]
-WORST_SEEDS = 3  # that are printed
+WORST_SEEDS = 3  # number of seeds to print
 
 
 def arguments() -> argparse.Namespace:
@@ -61,7 +61,7 @@ def arguments() -> argparse.Namespace:
 
 
 def chosen(starts: list[str]) -> list[Scene]:
-    """Return the scenes whose names begin so."""
+    """Return the scenes whose names begin with one of the words."""
     return [
         one
         for name, one in SCENES.items()
@@ -70,7 +70,7 @@ def chosen(starts: list[str]) -> list[Scene]:
 
 
 def measured(scene: Scene, runs: list[Figures], old: Rows) -> Iterable[Row]:
-    """Join what the seeds gave, with the margins that were chosen before."""
+    """Combine the results of the seeds with the margins that were chosen before."""
     failing = tuple(seed for seed, run in enumerate(runs) if scene.fails(run))
     if failing:
         print(f"{scene.name} fails with seeds {', '.join(map(str, failing))}")
@@ -86,7 +86,7 @@ def measured(scene: Scene, runs: list[Figures], old: Rows) -> Iterable[Row]:
 
 
 def tell(row: Row, values: list[float], before: Row | None) -> None:
-    """Print a row, with the seeds that gave the worst."""
+    """Print a row, with the seeds of the worst results."""
     order = sorted(range(len(values)), key=values.__getitem__, reverse=row.sense is Sense.AT_MOST)
     seeds = ", ".join(f"{seed}: {values[seed]:.3g}" for seed in order[:WORST_SEEDS])
     had = "new" if before is None else f"before {before.bound:g}"

@@ -1,9 +1,9 @@
-"""Breaks closed meshes in some twenty ways, and measures what becomes of them.
+"""Breaks closed meshes in some twenty ways, and measures how well they are repaired.
 
-The meshes are looked for beside the repository; a teapot of open sheets is made here. Printed is
-the worst intersection over union with the closed mesh, over all meshes, how many were refused, and
-the longest time. Where it is below 0.98, bodies of six ellipsoids are fitted to both meshes, and
-what the one has less of the true mesh than the other is printed. Needs `servoid[exchange]`.
+The meshes are expected beside the repository; a teapot of open sheets is made here. The output is
+the worst intersection over union with the closed mesh over all meshes, the number of refusals, and
+the longest time. Where the IoU is below 0.98, bodies of six ellipsoids are fitted to both meshes,
+and the loss of overlap with the true mesh is printed. Needs `servoid[exchange]`.
 
 Run it with: python benches/model/mesh_repair.py [MESH ...]
 """
@@ -55,7 +55,7 @@ def closed(vertices: Vertices, faces: Faces, truth: Mesh) -> tuple[float, float]
 
 
 def body_overlap(mesh: Mesh, truth: Mesh) -> float:
-    """Return the intersection over union of a body that is fitted to a mesh with the true mesh."""
+    """Return the intersection over union of a body fitted to a mesh with the true mesh."""
     body = WorldBody.stood(fit_mesh(*mesh, Request(max_ellipsoids=ELLIPSOIDS)).body)
     low, high = truth[0].min(axis=0), truth[0].max(axis=0)
     places = np.random.default_rng(1).uniform(low, high, (POINTS, 3))

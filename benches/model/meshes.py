@@ -1,6 +1,6 @@
 """Measures bodies of meshes: volumetric and silhouette intersection over union, and seconds.
 
-The meshes are looked for beside the repository. Needs `servoid[exchange]` and embreex or rtree.
+The meshes are expected beside the repository. Needs `servoid[exchange]` and embreex or rtree.
 """
 
 import sys
@@ -26,7 +26,7 @@ SIDE_PX = 300
 
 
 def inside(body: Body, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Say which points (N, 3) of the world lie inside a body."""
+    """Return which points (N, 3) of the world are inside a body."""
     local = body.world_from_object.inverse().transform(points)
     found = np.zeros(len(points), dtype=bool)
     for center, radii, turn in zip(body.centers, body.radii, body.rotations, strict=True):
@@ -36,7 +36,7 @@ def inside(body: Body, points: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def mean_silhouette_iou(body: Body, mesh: MeshFile) -> float:
-    """Compare silhouettes from far away in random directions, the mesh's drawn by triangles."""
+    """Compare silhouettes from far away in random directions, the mesh's drawn as triangles."""
     import cv2
 
     middle = mesh.vertices.mean(axis=0)
@@ -61,7 +61,7 @@ def mean_silhouette_iou(body: Body, mesh: MeshFile) -> float:
 
 
 def main() -> None:
-    """Print one line a mesh and count."""
+    """Print one line per mesh and count."""
     import trimesh
 
     paths = sorted(MESHES.glob("*.ply"))

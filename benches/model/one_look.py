@@ -1,6 +1,6 @@
-"""Measures bodies from one look and from photographs without masks.
+"""Measures bodies from one observation and from photographs without masks.
 
-The captures are looked for beside the repository; true surfaces need trimesh and embreex.
+The captures are expected beside the repository; true surfaces need trimesh and embreex.
 """
 
 import csv
@@ -22,7 +22,7 @@ DATA = Path(__file__).parents[3] / "shared" / "data"
 
 
 def surface(body: Body, count: int = 40_000) -> np.ndarray:
-    """Spread points (N, 3) over a body's surface, in the world."""
+    """Sample points (N, 3) on a body's surface, in the world."""
     rng = np.random.default_rng(0)
     units = rng.normal(size=(count, 3))
     units /= np.linalg.norm(units, axis=1)[:, None]
@@ -68,7 +68,7 @@ def measure_pair(name: str) -> None:
 
 
 def measure_photographs(name: str) -> None:
-    """Model photographs of which one is marked by a box 5 % larger than the object."""
+    """Model photographs, one of which is marked by a box 5 % larger than the object."""
     capture = open_any(DATA / "photos" / name)
     views = capture.views()
     rows, columns = np.nonzero(views[0].mask())
@@ -96,7 +96,7 @@ def measure_photographs(name: str) -> None:
 
 
 def main() -> None:
-    """Print one line a capture."""
+    """Print one line per capture."""
     if not DATA.is_dir():
         sys.exit(f"skipped: there are no captures in {DATA}")
     for name in ("mustard", "drill"):

@@ -1,8 +1,8 @@
-"""Model the research captures that lie beside the repository, and score them over all their views.
+"""Model the research captures beside the repository, and score them over all their views.
 
-Prints one line a capture, count and seed: the mean silhouette overlap over all views by a scorer
-that reads the files by itself, whole-command wall seconds, and whether one thread and
-two give the same file. Skips what is not there.
+Prints one line per capture, count and seed: the mean silhouette overlap over all views by a scorer
+that reads the files independently, the wall seconds of the whole command, and whether one thread
+and two give the same file. Missing captures are skipped.
 """
 
 import re
@@ -26,7 +26,7 @@ SEEDS = (0, 1, 2)
 
 
 def model(capture: Path, views: str, count: int, seed: int, out: Path, threads: int) -> float:
-    """Run the command; give its wall seconds."""
+    """Run the command; return its wall seconds."""
     command = [SERVOID, "model", capture, "--out", out, "--views", views, "--delta", "0"]
     command += ["--max-ellipsoids", count, "--seed", seed, "--threads", threads]
     start = time.perf_counter()
@@ -35,7 +35,7 @@ def model(capture: Path, views: str, count: int, seed: int, out: Path, threads: 
 
 
 def score(body: Path, capture: Path) -> float:
-    """Ask the independent scorer for the mean overlap over all views."""
+    """Run the independent scorer; return the mean overlap over all views."""
     command = [sys.executable, SHARED / "tools" / "score_body.py", body, capture]
     done = subprocess.run([str(part) for part in command], check=True, capture_output=True)
     found = re.search(rb"mean ([0-9.]+)", done.stdout)
@@ -43,7 +43,7 @@ def score(body: Path, capture: Path) -> float:
 
 
 def main() -> None:
-    """Run all captures that are there."""
+    """Run all captures that are present."""
     print("capture      views  count  seed  mean IoU, all views  seconds  1 thread = 2 threads")
     with tempfile.TemporaryDirectory() as folder:
         one, two = Path(folder) / "one.json", Path(folder) / "two.json"

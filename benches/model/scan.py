@@ -1,8 +1,8 @@
-"""Scan images whose poses and calibration are known, without telling them, and compare.
+"""Scan images with known poses and calibration, without using these, and compare.
 
-The skull's photographs, and the left eye of a bottle's recording as a film, also with a board drawn
-beside it. Prints what was found, how far it is off, and the CPU seconds of the scan. What is
-not there is skipped: the captures are looked for beside the repository.
+The skull's photographs, and the left camera of a bottle's recording as a film, also with a board
+drawn beside it. Prints the estimates, their errors, and the CPU seconds of the scan. Missing
+captures are skipped: they are expected beside the repository.
 
 Run it with: python benches/model/scan.py [skull] [bottle] [board]
 """
@@ -37,13 +37,13 @@ SKULL, BOTTLE = DATA / "photos" / "skull", DATA / "stereo" / "mustard_hand"
 CLICK = "click:365,270@camera/0000"
 BOARD = scan.parse_board("7x5,0.03,0.0225")
 BOARD_AWAY_M = 0.17  # from the bottle, to its left
-FINER = 4  # so much finer the board is drawn than the images
+FINER = 4  # resolution of the board relative to the images
 
 Array = NDArray[np.float64]
 
 
 def main() -> None:
-    """Measure what is asked for, or all."""
+    """Run the requested measurements, or all."""
     known: dict[str, tuple[Path, Callable[[Path], None]]] = {
         "skull": (SKULL, skull),
         "bottle": (BOTTLE, bottle),
@@ -59,7 +59,7 @@ def main() -> None:
 
 
 def scanned(name: str, source: Path, out: Path, request: scan.Request) -> scan.Scan:
-    """Scan, and print what was found."""
+    """Scan, and print the estimates."""
     start = time.process_time()
     made = scan.scan(source, out, request)
     seconds = time.process_time() - start
@@ -74,14 +74,14 @@ def scanned(name: str, source: Path, out: Path, request: scan.Request) -> scan.S
 
 
 def focal_off(name: str, made: scan.Scan, capture: Path) -> None:
-    """Print how far the focal length is off."""
+    """Print the error of the focal length."""
     true = open_capture(capture).cameras[0].lens.focal_px
     off = ", ".join(f"{100 * (made.solution.focal_px / one - 1):+.2f} %" for one in true)
     print(f"{name:8} focal length off by {off}")
 
 
 def places_off(name: str, made: scan.Scan, true: Array) -> None:
-    """Print how far the camera's places are off after the best similarity, and its scale."""
+    """Print the errors of the camera's positions after the best similarity, and of its scale."""
     off_m, by = off_after_similarity(made.solution.places, true)
     way_m = np.linalg.norm(np.diff(true, axis=0), axis=1).sum()
     words = "" if made.scale is None else f", scale {100 * (1 / by - 1):+.2f} % off"
@@ -131,7 +131,7 @@ def bottle(folder: Path) -> None:
 
 
 def board(folder: Path) -> None:
-    """Scan the bottle's film with a board drawn beside it, which tells the scale."""
+    """Scan the bottle's film with a board drawn beside it, which determines the scale."""
     drawn = [with_board(image, index) for index, image in enumerate(images())]
     film = write_film(folder / "film.mp4", drawn)
     made = scanned("board", film, folder / "out", scan.Request(threads=1, board=BOARD))
@@ -157,13 +157,13 @@ def write_film(path: Path, pictures: list[NDArray[np.uint8]]) -> Path:
 
 
 def true_places(made: scan.Scan) -> Array:
-    """Return where the left eye was at the images that were found, (V, 3)."""
+    """Return the left camera's true positions at the images with poses, (V, 3)."""
     poses = open_capture(BOTTLE).world_from_rig
     return np.array([poses[int(name)].translation for name in made.solution.names])
 
 
 def left_from_object(index: int) -> Pose:
-    """Return where the bottle is in an image of the left eye."""
+    """Return the bottle's pose in an image of the left camera."""
     with (BOTTLE / "truth" / "left_from_object.csv").open() as file:
         row = list(csv.DictReader(file))[index]
     numbers = [float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz")]
@@ -192,7 +192,7 @@ def true_mask(index: int) -> NDArray[np.uint8]:
 
 
 def lens() -> Lens:
-    """Return the left eye's true lens."""
+    """Return the left camera's true lens."""
     return open_capture(BOTTLE).cameras[0].lens
 
 
@@ -202,7 +202,7 @@ def overlap(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> float:
 
 
 def with_board(image: NDArray[np.uint8], index: int) -> NDArray[np.uint8]:
-    """Draw a board that stands beside the bottle, over what is there."""
+    """Draw a board beside the bottle, over the background."""
     side = 60  # pixels of a square, as it is printed
     pattern = cv2.aruco.CharucoBoard(
         (BOARD.columns, BOARD.rows),

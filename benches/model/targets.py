@@ -1,9 +1,9 @@
 """Find the objects of the research captures from a box and from clicks, and compare with masks.
 
-Prints one line a capture: intersection over union for boxes 5 % larger than the mask and for
-clicks inside it, with a ? after what is refused; and the milliseconds that one growth of a mask, a
-box and a click take. Then, of boxes that differ by 3 px, how many are refused, and how well the
-masks of the others agree. Skips what is not there.
+Prints one line per capture: intersection over union for boxes 5 % larger than the mask and for
+clicks inside it, with a ? after refused ones, and the milliseconds for growing a mask, for a box
+and for a click. Then, for boxes that differ by 3 px, how many are refused, and how well the masks
+of the others agree. Missing captures are skipped.
 """
 
 import time
@@ -25,7 +25,7 @@ ALONE = {
     "hard": ("bleach_turn", "mug_sway", "mustard_half", "sugar_jump"),
 }
 VIEWS = 6
-SLACKS = (0.0, 0.05, 0.15, 0.3)  # by which a box is larger than the object, on each side
+SLACKS = (0.0, 0.05, 0.15, 0.3)  # margins of a box around the object, on each side
 MOVES = (
     (0, 0, 0, 0), (-3, -3, 3, 3), (3, 3, -3, -3), (3, 3, 3, 3), (-3, -3, -3, -3), (3, -3, 3, -3),
     (-3, 3, -3, 3),
@@ -63,7 +63,7 @@ def score(target: Target, image: NDArray[np.uint8], mask: Mask) -> str:
 
 
 def steadiness(view: CaptureView) -> list[tuple[int, list[float]]]:
-    """Say for each slack how many moved boxes are accepted, and how each two of them agree."""
+    """Report for each slack how many moved boxes are accepted, and how well each pair agrees."""
     image, mask = view.image(), view.mask()
     told = []
     for slack in SLACKS:
@@ -84,7 +84,7 @@ def sought(target: Target, image: NDArray[np.uint8]) -> Mask | None:
 
 
 def print_steadiness() -> None:
-    """Print one line a capture, and one for all."""
+    """Print one line per capture, and one for all."""
     whole: list[float] = []
     accepted = asked = 0
     for kind, names in {**CAPTURES, **ALONE}.items():
@@ -136,7 +136,7 @@ def growth_ms(view: CaptureView, mask: Mask) -> float:
 
 
 def main() -> None:
-    """Print one line a capture."""
+    """Print one line per capture."""
     for kind, names in CAPTURES.items():
         for name in names:
             folder = DATA / kind / name

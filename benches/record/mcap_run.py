@@ -1,9 +1,9 @@
-"""Time what recording as MCAP costs the thread that tracks, and what is lost live.
+"""Time the cost of recording as MCAP for the tracking thread, and count losses of a live source.
 
 A drawn stereo pair is played at its own rate through a source of images in memory. Each step is
-handed to the recording while its writer runs, as `servoid track --mcap` does; the time is that of
-handing over, by the clock and of the thread on the processor: on a busy machine the clock counts
-what others take. Beside it stands how long a step of the tracker took.
+added to the recording while its writer runs, as `servoid track --mcap` does. The reported time is
+that of adding, as wall time and as CPU time of the thread: on a busy machine, wall time includes
+other programs. The time of a tracker step is printed beside it.
 """
 
 import argparse
@@ -23,11 +23,11 @@ from servoid.sim import write_moving_sample
 from servoid.source import Instant, cameras_of, read_instants
 
 RATE_HZ = 30.0
-MOST_MS = 0.3  # that handing over may take of the tracker's time
+MOST_MS = 0.3  # largest time of the tracker's thread that adding a step may take
 
 
 def main() -> None:
-    """Play a recording, as it is stored and as pixels, and print what handing over took."""
+    """Play a recording, as it is stored and as pixels, and print the time of adding."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--passes", type=int, default=4, help="how often the recording is played")
     parser.add_argument("--rate", type=float, default=RATE_HZ, help="observations a second")
@@ -65,7 +65,7 @@ def play(
     instants: Sequence[Instant],
     rate_hz: float,
 ) -> tuple[list[tuple[float, float, float]], list[str]]:
-    """Track and record; return seconds of handing over and of steps, and what was lost."""
+    """Track and record; return the seconds of adding and of steps, and what was lost."""
     tracker = Tracker(cameras_of(capture), body)
     spent = []
     begun = time.perf_counter()

@@ -1,16 +1,18 @@
-"""Servo an arm to objects of simulated worlds, and see how well hand and eyes follow.
+"""Servo an arm to objects of simulated worlds, and measure how well hand and eyes follow.
 
-Four tables. In `parts` the hand follows a textured bottle: at rest, from 0.2 m and 20 degrees off;
-then in the paper's 150 - 150 cos(wt) mm, T = 10 s, as it does by default and without one thing
-after another. In `textured` and `plain` it follows all objects in the same motion; there a pixel
-has one ray and no blur, which is drawn four times as fast. These worlds are ideal; in `laboratory`
-the same worlds have the errors of a decent laboratory, and some of their objects turn as well. One
-row a run: a seed stands other clutter about, and changes the noise, the laboratory and the
-tracker's searches. Errors are after settling, in mm of the hand and degrees, and a spin that nobody
-can see counts for nothing: `repeat` beside where the body was modelled, `true` beside the true
-object; `object` is how far the true object's middle is in the hand from where it is wished. Times
-are those of the wall, on a machine that draws the world as well and does whatever else runs on it.
-The last lines join all runs of a table. Needs MuJoCo.
+Four tables. In `parts` the hand follows a textured bottle: static, from 0.2 m and 20 degrees off;
+then in the paper's motion of 150 - 150 cos(wt) mm, T = 10 s, with the defaults and with one feature
+removed at a time. In `textured` and `plain` it follows all objects in the same motion; there a
+pixel has one ray and no blur, which renders four times as fast. These worlds are ideal. In
+`laboratory` the same worlds have the errors of a decent laboratory, and some of their objects turn
+as well.
+
+One row per run: a seed changes the clutter, the noise, the laboratory and the tracker's searches.
+Errors are after settling, in mm of the hand and degrees; a rotation about an axis of symmetry does
+not count. `repeat` is relative to the pose at which the body was modelled, `true` to the true
+object; `object` is the distance of the true object's middle from its goal in the hand. Times are
+wall times, on a machine that also renders the world and runs other programs. The last lines
+summarise all runs of a table. Needs MuJoCo.
 
 Run it with: python benches/servo/servo.py [--seeds N] [--only TABLE] [--names NAME ...]
 """
@@ -58,7 +60,7 @@ COARSE = {"world.cameras.samples": 1, "world.cameras.moments": 1}
 
 @dataclass
 class Totals:
-    """What all runs together say."""
+    """Totals over all runs."""
 
     runs: int = 0
     failed: int = 0
@@ -68,7 +70,7 @@ class Totals:
     track_s: list[float] = field(default_factory=list)
 
     def add(self, trial: ServoTrial, lost: int, metrics: ServoMetrics) -> None:
-        """Count a run in."""
+        """Add a run."""
         ticks = [row.tick for row in trial.log.rows]
         self.runs += 1
         self.losing += lost > 0
@@ -149,7 +151,7 @@ def measure(title: str, rows: dict[str, dict[str, Any]], seeds: range) -> None:
 
 
 def run(name: str, settings: TrialSettings, table: Table, totals: Totals) -> None:
-    """Servo once, and print what came of it."""
+    """Servo once, and print the result."""
     with tempfile.TemporaryDirectory() as folder:
         trial = run_servo_trial(settings, Path(folder))
     metrics = ServoMetrics.of(trial.log, settings.run.settle_s)
@@ -168,7 +170,7 @@ def run(name: str, settings: TrialSettings, table: Table, totals: Totals) -> Non
 
 
 def later_holds(metrics: ServoMetrics) -> list[Any]:
-    """List the holds but the one with which each run begins: some trusted images are awaited."""
+    """List the holds except the first, in which each run awaits trusted images at its start."""
     return [hold for hold in metrics.holds if hold.start_s > 0.0]
 
 

@@ -1,14 +1,16 @@
 """Servo to objects that shift and turn, and through faults, over many seeds: docs/howto/servo.md.
 
 `turning`: printed objects on paths of their own, at two sizes of images, in ideal worlds and in
-laboratories. `plain`: objects without print that turn. `faults`: a leap with and without a turn, a
-board before the object, a camera that hangs, no images. One run takes 15 to 60 s; each is written
-to a file, one line of JSON a run, and runs that stand in it are not made again. The tables say the
-median and, in brackets, the worst over all seeds: RMS after settling in mm; `after` how far the
-hand is off in the fourth second after a fault has ended, `end` in the last second, `held` for how
-long it was held. `unsaid` counts seconds in which the hand was more than 30 mm off and neither held
-nor slowed for a reason that says so; `unknown` those of them in which it was believed to be nearer
-than that. A line below each table counts the runs that end well. Needs MuJoCo.
+laboratories. `plain`: turning objects without print. `faults`: a leap with and without a turn, a
+board before the object, a camera that hangs, no images. One run takes 15 to 60 s. Each is written
+to a file, one line of JSON per run, and runs in that file are not repeated.
+
+The tables show the median and, in brackets, the worst over all seeds: RMS after settling in mm;
+`after`, the hand's error in the fourth second after a fault has ended; `end`, that in the last
+second; `held`, the duration of holds. `unsaid` counts seconds in which the hand was more than 30 mm
+off and neither held nor slowed for a reason that reports it; `unknown` counts those of them in
+which it was estimated to be nearer than that. A line below each table counts the runs that end
+well. Needs MuJoCo.
 
 Run it with: python benches/servo/servo_table.py RUNS.jsonl [--seeds 11-18] [--only TABLE]
 [--names WORD ...] [--logs FOLDER] [--tables]
@@ -57,7 +59,7 @@ Row = dict[str, Any]
 
 
 def main() -> None:
-    """Make the runs that are missing, and print the tables."""
+    """Run the missing runs, and print the tables."""
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("runs", type=Path, help="the file of runs, made if it is missing")
     arguments.add_argument("--seeds", default="11-18", help="first and last (default 11-18)")
@@ -117,7 +119,7 @@ def _case(thing: str, path: str, size: str, *, is_ideal: bool) -> dict[str, Any]
 
 
 def run(name: str, values: dict[str, Any], seed: int, log_csv: Path | None = None) -> Row:
-    """Servo once, and return what came of it; a run that ends early says why."""
+    """Servo once, and return the results; a run that ends early gives the reason."""
     settings = changed(TrialSettings(), values | {"world.seed": seed, "track.seed": seed}, name)
     try:
         with tempfile.TemporaryDirectory() as folder:
@@ -131,7 +133,7 @@ def run(name: str, values: dict[str, Any], seed: int, log_csv: Path | None = Non
 
 
 def measured(trial: ServoTrial) -> Row:
-    """Return the figures of a run, and its course ten times a second."""
+    """Return the figures of a run, and its course at ten samples a second."""
     log, metrics = trial.log, ServoMetrics.of(trial.log, trial.settings.run.settle_s)
     off = np.linalg.norm(log.hand_errors[:, :3], axis=1)
     commands = [row.tick.command for row in log.rows]
@@ -165,7 +167,7 @@ def measured(trial: ServoTrial) -> Row:
 
 
 def told(rows: list[Row]) -> str:
-    """Return a table in Markdown, one line a name."""
+    """Return a table in Markdown, one line per name."""
     keys = ("repeatability", "accuracy", "object", "turn", "after", "end", "held")
     keys += ("unsaid", "unknown")
     lines = [f"| run | seeds | {' | '.join(keys)} | held at the end |", "|---" * 12 + "|"]
@@ -186,7 +188,7 @@ def told(rows: list[Row]) -> str:
 
 
 def judged(rows: list[Row]) -> str:
-    """Say how many runs end well, and which do not."""
+    """Report how many runs end well, and which do not."""
     mine = [row for row in rows if "failed" not in row]
     ways = {
         f"within {NEAR_MM:g} mm or held {SOON_S:g} s after the fault": lambda row: (

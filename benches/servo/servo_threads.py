@@ -1,7 +1,7 @@
-"""Measures how long an arm waits for its next command while the tracker seeks a lost object.
+"""Measures how long an arm waits for its next command while the tracker searches a lost object.
 
-A driver in a process of its own counts by its own clock; images are those of a moving sample,
-mirrored, so that the object is nowhere. Run it after `make samples`.
+A driver in a process of its own measures by its own clock. The images are those of a moving sample,
+mirrored, so that the object is not found. Run it after `make samples`.
 """
 
 import sys
@@ -32,7 +32,7 @@ from servoid.sim.serial_arm import SerialArm
 from servoid.source import Instant, Recording, Source
 from servoid.track import Tracker, follow
 
-SETTINGS = LinkSettings(hold_s=1.0)  # longer than any look: the bench shall see all of them
+SETTINGS = LinkSettings(hold_s=1.0)  # longer than any tracking step, so that all are measured
 
 
 class Mirrored:
@@ -77,7 +77,7 @@ def ticks(folder: str, address: str, *, threaded: bool) -> Iterator[Tick]:
 
 
 def main(folder: str) -> None:
-    """Measure both ways."""
+    """Measure both variants."""
     with tempfile.TemporaryDirectory() as place:
         for threaded in (False, True):
             address = str(Path(place) / f"arm-{threaded}")

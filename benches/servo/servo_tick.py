@@ -1,7 +1,7 @@
 """Time one control tick, without images and tracking, while the hand follows a moving target.
 
-Wall time is what a loop on this machine would see, together with all else that runs; time of the
-processor is what the tick itself needs. The target is 1 ms.
+Wall time is what a loop on this machine would see, including all other programs; CPU time is what
+the tick itself needs. The target is 1 ms.
 """
 
 import time
@@ -34,7 +34,7 @@ class Seen:
 
 
 def seen_at(start: Pose, time_s: float) -> Seen:
-    """Return where the paper's moving target is."""
+    """Return the pose of the paper's moving target."""
     shift = 0.15 - 0.15 * np.cos(0.628 * time_s)
     moved = Pose.from_parts([shift, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
     return Seen(
@@ -43,7 +43,7 @@ def seen_at(start: Pose, time_s: float) -> Seen:
 
 
 def measure(law: JointLaw) -> np.ndarray:
-    """Return (2, n) microseconds of each tick, by wall and by processor."""
+    """Return (2, n) microseconds of each tick, as wall time and as CPU time."""
     arm = SerialArm(read_arm())
     controller = Controller(arm, ServoSettings(joints=JointSettings(law=law)))
     start = arm.world_from_hand(arm.state().positions) @ GOAL_FROM_OBJECT
@@ -62,7 +62,7 @@ def measure(law: JointLaw) -> np.ndarray:
 
 
 def main() -> None:
-    """Print one row a law."""
+    """Print one row per law."""
     print("law    ticks  wall p50   p99 us  processor p50   p99 us")
     for law in JointLaw:
         wall, processor = measure(law)

@@ -1,7 +1,7 @@
 """Time the ray-caster: a textured room with ten visuals and a mesh, images of 640x480.
 
-Prints the milliseconds of an image, the least and the median of several, for each number of
-threads, samples and moments, and the same with more visuals, more triangles and a bent lens.
+Prints the milliseconds per image, the minimum and the median of several, for each number of
+threads, samples and instants, and the same with more visuals, more triangles and a distorted lens.
 """
 
 import argparse
@@ -21,7 +21,7 @@ FOCAL = {"focal_px": (560.0, 560.0), "center_px": (319.5, 239.5)}
 
 @dataclass(frozen=True)
 class Row:
-    """What is drawn in one row of the table."""
+    """The content of one row of the table."""
 
     name: str
     samples: int = 1
@@ -38,7 +38,7 @@ def pose(x: float, y: float, z: float) -> list[float]:
 
 
 def vase(triangles: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return corners and triangles of a turned shape, about as many as asked for."""
+    """Return vertices and triangles of a vase, with about the requested number of triangles."""
     around = int(np.sqrt(triangles))
     up = triangles // (2 * around)
     turn = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
@@ -124,7 +124,7 @@ def measure(row: Row) -> list[float]:
 
 
 def rows() -> list[Row]:
-    """Return what is measured."""
+    """Return the rows to measure."""
     cores = os.cpu_count() or 1
     return [
         Row("one ray a pixel"),

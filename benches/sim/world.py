@@ -1,4 +1,4 @@
-"""Measures how long a simulated second takes, with and without its images.
+"""Measures the wall time of a simulated second, with and without its images.
 
 Run it with: python benches/sim/world.py [OBJECT]
 """
@@ -16,7 +16,7 @@ SIMULATED_S = 3.0
 def measure(
     background: str, name: str, looking: bool, ideal: bool = True
 ) -> tuple[float, float, int]:
-    """Return wall seconds a simulated second, the worst control step in ms, and images drawn."""
+    """Return wall seconds per simulated second, the worst control step in ms, and images drawn."""
     settings = WorldSettings(
         object=ObjectSettings(name=name, path="sine:0.15@10s"), background=background, ideal=ideal
     )
@@ -36,7 +36,7 @@ def measure(
 
 
 def main() -> None:
-    """Print lines for the physics alone, ideal and in a laboratory, and for each background."""
+    """Print lines for physics alone, ideal and in a laboratory, and for each background."""
     name = sys.argv[1] if len(sys.argv) > 1 else "bottle"
     print(f"{name}: wall seconds a simulated second, two cameras of 640x480 at 30 Hz")
     for background, looking, ideal in (

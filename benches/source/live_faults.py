@@ -1,11 +1,11 @@
-"""Track a stream of two cameras that fail on purpose, and measure how soon it goes on.
+"""Track a stream of two cameras with injected faults, and measure how soon tracking resumes.
 
-A server in a process of its own sends the JPEG files of a bottle's recording, to and fro, with the
-stamps of their images; `servoid track` follows them live. Each fault has a run of its own. Printed
-are what was told first, for how long no observation came, the time from the last observation that
-tells the fault to the first that is tracked, the longest time from then on without a tracked one,
-and the share of tracked observations from the first one on. Skips what is not there: the recording
-is looked for beside the repository.
+A server in a process of its own sends the JPEG files of a bottle's recording, back and forth, with
+the timestamps of their images; `servoid track` follows them live. Each fault has a run of its own.
+The output is the first notice, for how long no observation came, the time from the last observation
+that reports the fault to the first that is tracked, the longest time from then on without a tracked
+one, and the share of tracked observations from the first one on. The recording is expected beside
+the repository; without it the bench is skipped.
 
 Run it with: python benches/source/live_faults.py [killed] [stalled] [dropped] [small] [jump]
 """
@@ -31,7 +31,7 @@ from servoid.segment import MaskTarget
 from servoid.track import learn_appearance
 
 BOTTLE = Path(__file__).resolve().parents[3] / "shared" / "data" / "stereo" / "mustard"
-RATE_HZ, RUN_S, FAULT_S = 15.0, 22.0, 15.0  # the fault begins so long after the server
+RATE_HZ, RUN_S, FAULT_S = 15.0, 22.0, 15.0  # the fault begins FAULT_S after the server
 KILLED_S, JUMP_S = 2.0, -100.0
 RIG_CAMERA = """
 [[camera]]
@@ -46,7 +46,7 @@ rig_from_camera = {pose}
 
 @dataclass(frozen=True)
 class Fault:
-    """What a server does wrong, and the notice that must tell it."""
+    """A fault of the server, and the notice that must report it."""
 
     asked: str
     told: str
@@ -72,7 +72,7 @@ class Row:
 
 
 def main() -> None:
-    """Measure the faults that are asked for, or all."""
+    """Measure the requested faults, or all."""
     if not BOTTLE.is_dir():
         print("skipped: not in shared/data beside the repository")
         return
@@ -121,7 +121,7 @@ def track(folder: Path, rig: Path) -> "subprocess.Popen[bytes]":
 
 
 def write_rig(path: Path, address: str, faults: str) -> Path:
-    """Write the recording's cameras as live ones."""
+    """Write the recording's cameras as a live rig."""
     tables = [
         RIG_CAMERA.format(
             name=camera.name,
@@ -139,7 +139,7 @@ def write_rig(path: Path, address: str, faults: str) -> Path:
 
 
 def judged(rows: Sequence[Row], fault: Fault) -> str:
-    """Return a line of figures; of a fault that is not told the line says so."""
+    """Return a line of figures; it states if the fault was not reported."""
     begun = next((at for at, row in enumerate(rows) if row.is_tracked), None)
     if begun is None:
         return "never tracked: this machine is too busy, or too slow"
@@ -150,7 +150,7 @@ def judged(rows: Sequence[Row], fault: Fault) -> str:
         return f"NOT TOLD; {share:.1%} tracked"
     steps = itertools.pairwise(rows[begun:])
     silent_s = max(after.time_s - before.time_s for before, after in steps)
-    # The last observation that tells the fault is the first one after it, or its last one.
+    # The last observation that reports the fault is the first one after it, or its last one.
     last = max(at for at, match in enumerate(found) if match)
     back_s = next((row.time_s for row in rows[last:] if row.is_tracked), float("inf"))
     told = next(match[0] for match in found if match)

@@ -1,7 +1,7 @@
-"""Time the map of Fig. 8: 68,921 places with the paper's points and with servoid's terms.
+"""Time the map of Fig. 8: 68,921 positions with the paper's points and with servoid's terms.
 
 A stereo pair of 640x480 of the paper's ellipsoid in the simulated world; all threads. Each line is
-the least of three runs, and the ratio to the points in the same run.
+the minimum of three runs, with the ratio to the points in the same run.
 """
 
 import time
@@ -28,7 +28,7 @@ RUNS = 3
 
 
 def tracker_of(pair: EyePair, body: Body, *, surface: bool) -> Tracker:
-    """Return a tracker that knows the object's look."""
+    """Return a tracker that has learned the object's appearance."""
     settings = TrackSettings(surface=surface, local_colors=False)
     tracker = Tracker(pair.cameras, body, settings)
     tracker.start(0.0, pair.world_from_cameras, pair.images, pair.world_from_object, pair.masks)
@@ -36,7 +36,7 @@ def tracker_of(pair: EyePair, body: Body, *, surface: bool) -> Tracker:
 
 
 def least_seconds(work: Callable[[], object]) -> float:
-    """Return the least time that the work took."""
+    """Return the minimum time of the work."""
     times = []
     for _ in range(RUNS):
         start = time.perf_counter()

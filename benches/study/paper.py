@@ -1,10 +1,10 @@
-"""Run the paper's own method on stereo pairs of one plain ellipsoid, and print what it reaches.
+"""Run the paper's own method on stereo pairs of one plain ellipsoid, and print its results.
 
-The target lies at (0, -90, 545) mm before the head, as in the paper's experiment; 640x480 pixels,
-focal length 600 px. For each baseline and size: over seeds, each with a turn of its own, the mean
-and the largest error of the centre along x, y and z, and the mean of the radii that were found,
-the longest first. The last rows have the margin of the envelopes in metres. Then, for the first
-seed of each row that has the default margin, F after each of three ellipsoids.
+The target is at (0, -90, 545) mm before the head, as in the paper's experiment; 640x480 pixels,
+focal length 600 px. For each baseline and size, over seeds with a random rotation each: the mean
+and the largest error of the centre along x, y and z, and the mean of the estimated radii, the
+longest first. The last rows have the margin of the envelopes in metres. Then, for the first seed of
+each row that has the default margin, F after each of three ellipsoids.
 """
 
 import time

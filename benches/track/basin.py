@@ -1,13 +1,13 @@
 """Measure from how far away the tracker finds an object again.
 
-Each recording is tracked once with a many-view body. Then the object is sought in single
-observations drawn at random, from poses that are wrong by an angle about a random axis and a way in
-a random direction, and at last without any pose near. What the tracker knows of the object's look
-before it seeks: what it learned in the whole recording, or in the one observation before; in the
-last row nothing but the mask of the first left image, with some seeds, as the command begins with a
-body and no start. Found is what lies within 5 degrees and 10 mm of the tracked pose; wrong but
-trusted is what does not and is called tracking. Times are of the processor. Skips what
-is not there.
+Each recording is tracked once with a many-view body. Then the object is searched in single
+observations drawn at random, from poses that are wrong by an angle about a random axis and a
+distance in a random direction, and finally without a nearby pose. The tracker's knowledge of the
+object's appearance before the search is what it learned in the whole recording, or in the preceding
+observation. In the last row it has only the mask of the first left image, with some seeds, as when
+the command starts with a body and no pose. `Found` is a pose within 5 degrees and 10 mm of the
+tracked one; `wrong but trusted` is any other that is reported as tracking. Times are CPU times.
+Missing recordings are skipped.
 """
 
 import time
@@ -31,7 +31,7 @@ FOUND_DEG, FOUND_MM = 5.0, 10.0
 
 @dataclass(frozen=True)
 class Search:
-    """How one search ended."""
+    """The result of one search."""
 
     is_found: bool
     is_trusted: bool
@@ -54,7 +54,7 @@ class Known:
                 self.trusted.append(index)
 
     def search(self, index: int, near: Pose | None, knows: str) -> Search:
-        """Seek the object in an observation after the first."""
+        """Search the object in an observation after the first."""
         tracker = self.tracker
         if knows == ONE_IMAGE:
             earlier, pose = self.instants[index - 1], self.poses[index - 1]
@@ -71,7 +71,7 @@ def begun(
 
 
 def seek(tracker: Tracker, instant: Instant, near: Pose | None, true: Pose) -> Search:
-    """Seek an object near a pose or anywhere, and compare with where it is."""
+    """Search an object near a pose or globally, and compare with its true pose."""
     begun = time.process_time()
     seen = (instant.time_s, instant.world_from_camera, instant.images)
     estimate = tracker.find(*seen, near=near)
@@ -79,7 +79,7 @@ def seek(tracker: Tracker, instant: Instant, near: Pose | None, true: Pose) -> S
 
 
 def judged(estimate: Estimate, true: Pose, seconds: float) -> Search:
-    """Compare an estimate with where the object is."""
+    """Compare an estimate with the object's true pose."""
     twist = (true.inverse() @ estimate.world_from_object).log()
     away = np.array(estimate.world_from_object.translation) - np.array(true.translation)
     found = np.degrees(np.linalg.norm(twist[3:])) < FOUND_DEG
@@ -88,7 +88,7 @@ def judged(estimate: Estimate, true: Pose, seconds: float) -> Search:
 
 
 def disturbed(pose: Pose, angle_deg: float, way_mm: float, rng: np.random.Generator) -> Pose:
-    """Return a pose that is wrong by an angle and a way."""
+    """Return a pose with an error of an angle and a distance."""
     axis, way = rng.normal(size=(2, 3))
     turn = np.radians(angle_deg) * axis / np.linalg.norm(axis)
     place = np.array(pose.translation) + 1e-3 * way_mm * way / np.linalg.norm(way)
@@ -97,7 +97,7 @@ def disturbed(pose: Pose, angle_deg: float, way_mm: float, rng: np.random.Genera
 
 
 def measure(recording: Recording, table: Table) -> None:
-    """Print one row a kind of start."""
+    """Print one row per kind of start."""
     known, rng = Known(recording), np.random.default_rng(1)
     for knows in (ALL_IMAGES, ONE_IMAGE):
         for angle_deg, way_mm, count in STARTS:
@@ -118,7 +118,7 @@ def measure(recording: Recording, table: Table) -> None:
 
 
 def report(table: Table, what: tuple[str, str, str], searches: list[Search]) -> None:
-    """Print what came of searches."""
+    """Print the results of searches."""
     times = [one.milliseconds for one in searches]
     table.row(
         *(*what, len(searches)),

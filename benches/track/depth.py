@@ -1,8 +1,8 @@
 """Track drawn objects that turn before one camera: with its depth images, and without.
 
-The courses are those of the laws of trust, 4.5 degrees an image, 640x480; depth has the noise and
-the holes of structured light. Without depth the true first distance is given, and a scale is fitted
-to what is said to be tracked. Each row is a seed, which shows another object.
+The courses are those of the laws of trust, 4.5 degrees per image, 640x480; depth has the noise and
+the holes of structured light. Without depth, the true initial distance is given, and a scale is
+fitted to the images reported as tracked. Each row is a seed, which selects another object.
 """
 
 import argparse
@@ -26,7 +26,7 @@ COURSE, SEEDS = "turn", 4
 
 
 def measure(folder: Path, seed: int, table: Table, *, with_depth: bool) -> None:
-    """Print a row: what became of a recording."""
+    """Print a row: the results for a recording."""
     recording = Recording(COURSE, folder, open_any(folder))
     result = recording.track(seed=seed)
     found = verdicts(

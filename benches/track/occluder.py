@@ -1,10 +1,10 @@
-"""Track while something passes over a third of the object, and see what the tracker says of itself.
+"""Track while something occludes a third of the object, and measure what the tracker reports.
 
-In images 60 to 100 of the research recordings a grey, textured board as high as the object and a
-third as wide passes over it in both images, drawn where the true pose puts the object. Then the
-moving sample that servoid draws itself, with a ruler that passes before the toy. One row for the
-images in which a tenth of the object or more is hidden, and one for the others; errors are those of
-all poses, even of those that the tracker does not trust. Skips what is not there.
+In images 60 to 100 of the research recordings, a grey, textured board as high as the object and a
+third as wide passes over it in both images, drawn at the object's true pose. Then servoid's own
+moving sample, with a ruler that passes before the toy. One row for the images in which a tenth of
+the object or more is hidden, and one for the others; errors are those of all poses, including those
+that the tracker does not trust. Missing recordings are skipped.
 """
 
 import tempfile
@@ -39,13 +39,13 @@ class Covered:
         self._texture = board()
 
     def make(self, cameras: Sequence[Camera], body: Body, options: dict[str, Any]) -> "Covered":
-        """Take over from what makes the tracker."""
+        """Create the tracker; replaces the default maker."""
         self._cameras, self._tracker = cameras, make_tracker(cameras, body, options)
         self.start = self._tracker.start
         return self
 
     def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Any:
-        """Let the tracker see images with the board."""
+        """Pass images with the board to the tracker."""
         index = len(self.hidden)
         share = (index - FIRST) / (LAST - FIRST)
         self.hidden.append(0.0)
@@ -90,7 +90,7 @@ def board() -> NDArray[np.uint8]:
 
 
 def report(table: Table, recording: Recording, result: TrackResult, hidden: list[float]) -> None:
-    """Print a row for the observations in which the object is free, and one for the others."""
+    """Print a row for the observations in which the object is visible, and one for the others."""
     for name, is_hidden in (("free", False), ("hidden", True)):
         shares = list(enumerate(hidden))[1:]
         chosen = [index for index, share in shares if (share >= LEAST_HIDDEN) == is_hidden]

@@ -1,7 +1,7 @@
-"""Opens the recordings that lie beside the repository, tracks their objects, and scores the tracks.
+"""Opens the recordings beside the repository, tracks their objects, and scores the tracks.
 
-Used by the scripts beside it; by itself it does nothing. The scorer is a program of its own, which
-reads the files by itself and compares motions since the first image, so that no frame is shared.
+Used by the scripts beside it. The scorer is a separate program, which reads the files independently
+and compares motions since the first image, so that no frame is shared.
 """
 
 import csv
@@ -49,7 +49,7 @@ _LINE = re.compile(
 
 @dataclass(frozen=True)
 class Score:
-    """What the scorer says of a track: millimetres, degrees and per cent; medians without `_95`."""
+    """The scorer's figures for a track: mm, degrees and per cent; medians without `_95`."""
 
     lost: int
     add: float
@@ -63,7 +63,7 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A recording with the truth about its object."""
+    """A recording with ground truth of its object."""
 
     name: str
     folder: Path
@@ -88,7 +88,7 @@ class Recording:
 
     @cached_property
     def true_poses(self) -> list[Pose | None]:
-        """Return world_from_mesh of each observation, None where the truth is not known."""
+        """Return world_from_mesh of each observation, None where the truth is unknown."""
         return [
             poses_of(self.capture, one)[0] @ self.left_from_mesh(one.index)
             if self._truth[one.index].get("valid", "1") == "1"
@@ -110,7 +110,7 @@ class Recording:
 
     @property
     def distance_m(self) -> float | None:
-        """Return how far the object is at first, which one camera without depth must be told."""
+        """Return the object's initial distance, an input for one camera without depth."""
         first, *others = self.capture.cameras
         if others or any(first.depth_paths):
             return None
@@ -144,7 +144,7 @@ class Recording:
     def score(
         self, result: TrackResult, only: Collection[int] | None = None, *, trusting: bool = False
     ) -> Score:
-        """Have a track scored, in all its observations or in some of them.
+        """Score a track, in all its observations or in some of them.
 
         `trusting` scores every pose, even one that the tracker does not trust.
         """
@@ -173,7 +173,7 @@ class Recording:
 
 
 def recordings(names: Iterable[str]) -> Iterator[Recording]:
-    """Open the recordings that are there, and say which are not."""
+    """Open the recordings that are present, and report which are not."""
     if not SCORER.is_file():
         print(f"skipped: there is no {SCORER.name} in shared/tools beside the repository")
         return
@@ -189,14 +189,14 @@ def recordings(names: Iterable[str]) -> Iterator[Recording]:
 
 
 class Table:
-    """Prints rows as they are known, in columns as wide as their titles."""
+    """Prints rows as they become known, in columns as wide as their titles."""
 
     def __init__(self, *titles: str) -> None:
         self._widths = [len(title) for title in titles]
         print("  ".join(titles).rstrip(), flush=True)
 
     def row(self, *cells: str | float) -> None:
-        """Print a row: text to the left, numbers to the right."""
+        """Print a row: text left-aligned, numbers right-aligned."""
         texts = []
         for cell, width in zip(cells, self._widths, strict=True):
             shown = f"{cell:.2f}" if isinstance(cell, float) else str(cell)
@@ -205,7 +205,7 @@ class Table:
 
 
 def shares(stages: dict[str, float]) -> str:
-    """Say which share of a step each stage takes, in per cent."""
+    """Return the share of each stage in a step, in per cent."""
     total = sum(stages.values())
     return ", ".join(
         f"{name} {100.0 * spent / total:.0f}" for name, spent in stages.items() if spent > 0.0

@@ -1,10 +1,10 @@
-"""Track with parts of the tracker left out or exchanged, and score the tracks.
+"""Track with parts of the tracker removed or replaced, and score the tracks.
 
-What each part is worth: the paper's genetic algorithm with its points term and with areas, the
-tracker without surface points, without colours, without local colours, without a body that evolves,
-and with other numbers of hypotheses. All begin with the first observation alone; one table a
-recording, one row a variant, and every 3rd image of the first recording once more, where the
-search has more to do. The paper's body does not evolve. Skips what is not there.
+The variants: the paper's genetic algorithm with its points term and with areas; the tracker without
+surface points, without colours, without local colours, without a body that evolves, and with other
+numbers of hypotheses. All start from the first observation alone. One table per recording, one row
+per variant, and every 3rd image of the first recording once more, where the search is harder. The
+paper's body does not evolve. Missing recordings are skipped.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from servoid.track.follower import Follower, Maker
 
 
 def one_step(**settings: Any) -> Maker:
-    """Return what makes the paper's tracker with some settings."""
+    """Return a maker of the paper's tracker with some settings."""
 
     def make(cameras: Sequence[Camera], body: Body, options: dict[str, Any]) -> Follower:
         del options  # those of the tracker proper
@@ -45,7 +45,7 @@ VARIANTS: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def compare(recording: Recording, every: int) -> None:
-    """Print one row a variant."""
+    """Print one row per variant."""
     table = Table(
         *("sequence    ", "every", "variant                   ", "lost", "ADD median", "p95 mm"),
         *("degrees median", "p95  ", "ms median", "p99  ", "scores"),
@@ -62,7 +62,7 @@ def compare(recording: Recording, every: int) -> None:
 
 
 def main() -> None:
-    """Print one table a recording."""
+    """Print one table per recording."""
     for number, recording in enumerate(recordings(STEREO)):
         compare(recording, every=1)
         if number == 0:

@@ -1,14 +1,14 @@
 """Time the tracker on one thread: five ellipsoids, a stereo pair of 640x480, images in memory.
 
-Beside each step, in the same run, OpenCV's pyramidal Lucas-Kanade follows 200 points in both
-images on one thread, from grey images to grey images, as a yardstick for the machine. A recording
-is tracked several times, which is the same work each time; quiet is the least time that each image
-ever took of the processor, all threads together, so that other programs count less, and the ratio
-is of quiet medians. Where the body stays it has five ellipsoids; where it evolves, the tracker's
-worker does that. The last but one column is the mean time of the processor a pair, the worker's
-included.
-`--long` then tracks 10,000 images, to and fro, and says how the resident memory grows. Skips what
-is not there.
+After each step, in the same run, OpenCV's pyramidal Lucas-Kanade tracks 200 points in both images
+on one thread, from grey images to grey images, as a reference for the machine's speed. A recording
+is tracked several times, with the same work each time. `quiet` is the minimum CPU time of each
+image over these passes, all threads together, so that other programs matter less; the ratio is that
+of quiet medians. A fixed body has five ellipsoids; an evolving one is changed by the tracker's
+worker. The last but one column is the mean CPU time per pair, including the worker's.
+
+`--long` then tracks 10,000 images, back and forth, and reports the growth of resident memory.
+Missing recordings are skipped.
 """
 
 import argparse
@@ -42,18 +42,18 @@ Answer = TypeVar("Answer")
 
 
 class Times:
-    """Times of calls, in milliseconds, that are made several times over."""
+    """Times, in milliseconds, of calls that are repeated several times."""
 
     def __init__(self) -> None:
         self._wall: list[float] = []
         self._processor: list[list[float]] = []
 
     def begin_pass(self) -> None:
-        """Begin to make the same calls once more."""
+        """Start repeating the same calls."""
         self._processor.append([])
 
     def call(self, work: Callable[..., Answer], *given: Any) -> Answer:
-        """Call and keep the time, by the clock and of all threads on the processor."""
+        """Call, and record the wall time and the CPU time of all threads."""
         begun, busy = time.perf_counter(), time.process_time()
         answer = work(*given)
         self._processor[-1].append(1000.0 * (time.process_time() - busy))
@@ -61,23 +61,23 @@ class Times:
         return answer
 
     def percentile(self, percent: float) -> float:
-        """Return what so many per cent of the times stay below by the clock."""
+        """Return a percentile of the wall times."""
         return float(np.percentile(self._wall, percent))
 
     def quiet(self, percent: float) -> float:
-        """Return what so many per cent of the calls stay below by their least processor time."""
+        """Return a percentile of the calls' minimum CPU times."""
         return float(np.percentile(np.min(self._processor, axis=0), percent))
 
 
 class Points:
-    """Follows corners from image to image, as a yardstick."""
+    """Tracks corners from image to image, as a reference."""
 
     def __init__(self, instant: Instant) -> None:
         self._grey = greys(instant)
         self._corners = [cv2.goodFeaturesToTrack(one, POINTS, 0.001, 5) for one in self._grey]
 
     def step(self, grey: list[NDArray[np.uint8]]) -> None:
-        """Follow the corners of the first image from the last images to these."""
+        """Track the corners of the first image from the previous images to these."""
         for last, now, corners in zip(self._grey, grey, self._corners, strict=True):
             cv2.calcOpticalFlowPyrLK(last, now, corners, np.empty_like(corners))
         self._grey = grey
@@ -106,7 +106,7 @@ def started(recording: Recording, body: Body, first: Instant) -> Tracker:
 
 
 def measure(recording: Recording, table: Table) -> None:
-    """Print two rows: steps with a body that stays, and with one that evolves beside them."""
+    """Print two rows: steps with a fixed body, and with one that evolves in parallel."""
     body, instants = first_body(recording), list(recording.instants())
     for evolves in (False, True):
         steps, yardstick = Times(), Times()
@@ -136,12 +136,12 @@ def measure(recording: Recording, table: Table) -> None:
 
 
 def to_and_fro(instants: list[Instant]) -> Iterator[Instant]:
-    """Go through observations to the end, back, and so on, without end."""
+    """Yield observations to the end, back, and so on, without end."""
     return itertools.cycle([*instants[1:], *instants[-2::-1]])
 
 
 def measure_memory(recording: Recording, table: Table) -> None:
-    """Print how large the process is after so many images, evolutions included."""
+    """Print the size of the process after a number of images, including evolution."""
     instants = list(recording.instants())
     tracker = started(recording, first_body(recording), instants[0])
     period_s, lost, first_mb = instants[1].time_s - instants[0].time_s, 0, 0.0

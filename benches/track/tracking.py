@@ -1,10 +1,10 @@
-"""Track the research recordings that lie beside the repository, and score the tracks.
+"""Track the research recordings beside the repository, and score the tracks.
 
 First table: all recordings, with a body from the first observation alone that evolves, and with a
-body from many views that starts at the true pose. Lost counts observations that are not tracked;
+body from many views that starts at the true pose. `Lost` counts observations that are not tracked;
 ADD is the mean distance of the true mesh's vertices, moved by the estimated and by the true motion
-since the first image. Second table: every 1st to 4th image, so that the motion between images is so
-many times as large. Skips what is not there.
+since the first image. Second table: every 1st to 4th image, which multiplies the motion between
+images. Missing recordings are skipped.
 """
 
 from sequences import MONO, STEREO, Table, recordings, shares
@@ -19,7 +19,7 @@ def milliseconds(result: TrackResult) -> list[float]:
 
 
 def compare_bodies() -> None:
-    """Print one row a recording and body."""
+    """Print one row per recording and body."""
     table = Table(
         *("sequence    ", "body      ", "images", "lost", "ADD median", "p95 mm"),
         *("degrees median", "p95  ", "ms median", "p95  ", "p99  ", "% of a step"),
@@ -36,7 +36,7 @@ def compare_bodies() -> None:
 
 
 def compare_motion() -> None:
-    """Print one row a recording, body and stride."""
+    """Print one row per recording, body and stride."""
     table = Table(
         *("sequence    ", "body      ", "every", "images", "lost", "ADD median", "p95 mm"),
         *("ADD < 0.1 d %", "5 cm 5 deg %"),

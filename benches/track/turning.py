@@ -1,12 +1,12 @@
-"""Turn objects all the way around before the tracker, and measure what it loses on the way.
+"""Rotate objects fully before the tracker, and measure the drift.
 
-Drawn objects with print turn evenly, 6 degrees an image, while they wander before two eyes of
-640 x 480 pixels; the bleach bottle of the research recordings turns once around and back. A body is
-modelled from the first mask, evolves as it is tracked, and nothing else is given. Tables: the error
-against the angle turned since the start; ten turns, and what is left at the end of each; bodies of
-the same turn played forwards and backwards; the same images, with a known body, as of an object at
-rest around which the eyes go. `--long` then plays a turn to and fro, 10,000 images, and says how
-the resident memory grows. Skips what is not there.
+Drawn objects with print rotate evenly, 6 degrees per image, while they move before two cameras of
+640 x 480 pixels; the bleach bottle of the research recordings rotates once around and back. A body
+is modelled from the first mask and evolves during tracking; nothing else is given. Tables: the
+error by the angle turned since the start; ten turns, and the error at the end of each; bodies of
+the same turn played forwards and backwards; the same images, with a known body, interpreted as a
+static object around which the cameras move. `--long` then plays a turn back and forth, 10,000
+images, and reports the growth of resident memory. Missing recordings are skipped.
 
 Run it with: python benches/track/turning.py [--seeds N] [--long] [OBJECT ...]
 """
@@ -57,9 +57,9 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """What was said in the images after the first, (N,), and what is true.
+    """The estimates in the images after the first, (N,), and the truth.
 
-    `spread` (N, 2) are the standard deviations that were told, in metres and radians.
+    `spread` (N, 2) are the reported standard deviations, in metres and radians.
     """
 
     found: Verdicts
@@ -67,7 +67,7 @@ class Track:
 
     @classmethod
     def of(cls, tracked: Sequence[Tracked], found: Verdicts) -> "Track":
-        """Return a track with what became of it."""
+        """Return a track with its verdicts."""
         return cls(found, deviations(tracked)[1:])
 
     @cached_property
@@ -79,12 +79,12 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """What became of one object with one seed.
+    """The results for one object with one seed.
 
-    `bodies` are compared with the object, but for the last ones, which are compared with each
-    other. `still` and `around` are tracks of the first turn with a known body, by eyes that stand
-    still and by eyes that go around the object; `camera_apart` (N, 2) is how far apart, in metres
-    and radians, both have the object in the left eye.
+    `bodies` are compared with the object, except the last ones, which are compared with each other.
+    `still` and `around` are tracks of the first turn with a known body, with static eyes and with
+    eyes that move around the object; `camera_apart` (N, 2) is the difference of their poses in the
+    left eye, in metres and radians.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Course:
 
 
 def arguments() -> argparse.Namespace:
-    """Read the command line."""
+    """Parse the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("object", nargs="*", default=list(OBJECTS), help="drawn objects")
     parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many (default {SEEDS})")
@@ -113,7 +113,7 @@ def arguments() -> argparse.Namespace:
 
 
 def course_of(name: str, seed: int) -> Course:
-    """Turn an object ten times, and its first turn backwards and before eyes that go around it."""
+    """Turn an object ten times, then its first turn backwards and with eyes moving around it."""
     turning = Turning(name, seed, TURNS * PER_TURN + 1)
     shown = list(turning.instants(range(PER_TURN + 1)))
     one = turning.begin()
@@ -146,9 +146,9 @@ def course_of(name: str, seed: int) -> Course:
 
 
 def seen_from_around(turning: Turning, shown: list[Instant]) -> tuple[Track, Track, Floats]:
-    """Track images as of an object that turns and of one that eyes go around, with a known body.
+    """Track images as of an object that turns and of one that eyes move around, with a known body.
 
-    Returns both tracks, and how far apart their poses in the left eye are, (N, 2).
+    Returns both tracks, and the difference of their poses in the left eye, (N, 2).
     """
     moved = elsewhere(shown, turning.at_rest)
     runs = [
@@ -174,14 +174,14 @@ def courses(given: argparse.Namespace) -> list[Course]:
 
 
 def turned_deg(recording: Recording) -> Floats:
-    """Return how far an object has turned on its way to each image after the first, (N,)."""
+    """Return the angle by which an object has turned up to each image after the first, (N,)."""
     poses = [one for one in recording.true_poses if one is not None]
     steps = apart(poses[:-1], poses[1:])[:, 1]
     return np.degrees(np.cumsum(steps))
 
 
 def bleach_tracks(recording: Recording, seeds: int) -> list[Track]:
-    """Track the object of a recording with nothing but its first mask."""
+    """Track the object of a recording from only its first mask."""
     tracks = []
     for seed in range(seeds):
         tracked = recording.track(seed=seed).tracked
@@ -191,7 +191,7 @@ def bleach_tracks(recording: Recording, seeds: int) -> list[Track]:
 
 
 def tell_angles(found: list[Course], seeds: int) -> None:
-    """Print how far off poses are by the angle turned since the start, in steps of 30 degrees."""
+    """Print the pose errors by the angle turned since the start, in steps of 30 degrees."""
     table = Table(
         *("sequence    ", "turned deg", "images", "tracked %", "ADD median", "worst mm"),
         *("degrees median", "worst ", "sd mm ", "sd degrees"),
@@ -217,18 +217,18 @@ def tell_bins(table: Table, name: str, tracks: list[Track], angles: Floats) -> N
 
 
 def medians_and_worst(numbers: Floats) -> tuple[float, ...]:
-    """Return medians and the worst of errors (N, 4), and the medians of what was told of them."""
+    """Return medians and the worst of errors (N, 4), and the medians of the reported deviations."""
     middle, worst = np.median(numbers, axis=0), numbers.max(axis=0)
     return tuple(map(float, (middle[0], worst[0], middle[1], worst[1], middle[2], middle[3])))
 
 
 def percent(chosen: NDArray[np.bool_]) -> float:
-    """Return how many per cent are chosen."""
+    """Return the percentage that is chosen."""
     return 100.0 * float(np.mean(chosen))
 
 
 def tell_turns(found: list[Course]) -> None:
-    """Print what is left at the end of each turn, and what was said and true in it."""
+    """Print the error at the end of each turn, with the estimates and the truth in it."""
     table = Table(
         *("object      ", "turn", "images", "tracked %", "wrong %", "ADD median", "worst mm"),
         *("degrees median", "worst ", "sd mm ", "sd degrees", "ADD at end", "worst mm"),
@@ -248,7 +248,7 @@ def tell_turns(found: list[Course]) -> None:
 
 
 def tell_bodies(found: list[Course]) -> None:
-    """Print how alike bodies are of a turn that was played forwards and backwards."""
+    """Print how similar bodies are for a turn that was played forwards and backwards."""
     table = Table(
         *("object      ", "seed", "compared               ", "volume IoU", "silhouette IoU"),
         *("tracked %", "degrees worst"),
@@ -266,7 +266,7 @@ def tell_bodies(found: list[Course]) -> None:
 
 
 def tell_camera(found: list[Course]) -> None:
-    """Print how far apart poses are if the object turns, and if the eyes go around it."""
+    """Print how far poses differ between an object that turns and eyes that move around it."""
     table = Table(
         *("object      ", "seed", "who moves ", "images", "tracked %", "wrong %", "ADD median"),
         *("worst mm", "degrees median", "worst ", "apart, median mm", "worst "),
@@ -285,7 +285,7 @@ def tell_camera(found: list[Course]) -> None:
 
 
 def measure_memory(name: str) -> None:
-    """Track a turn to and fro while the body evolves, and print how large this process is."""
+    """Track a turn back and forth while the body evolves, and print the size of this process."""
     table = Table(
         *("object      ", "images", "tracked %", "ellipsoids", "points", "look kB"),
         *("resident MB", "growth MB"),
@@ -314,7 +314,7 @@ def main() -> None:
         tell(found)
     for name in given.object if given.long else ():
         print(flush=True)
-        # In a process of its own: what others leave behind is no growth.
+        # In a process of its own, so that memory left by other steps does not count.
         process = multiprocessing.get_context("spawn").Process(target=measure_memory, args=(name,))
         process.start()
         process.join()

@@ -1,10 +1,10 @@
-"""Find the weights of a pose's evidence, by which its confidence is the probability of being right.
+"""Fit the weights of a pose's evidence, so that its confidence is the probability of being right.
 
-Tracks the recordings that lie beside the repository, as they are and made harder, and courses that
-the tests draw, some of them slow; asks in each image what speaks for the pose and whether it is
-right; and finds the weights by logistic regression, in which each sequence counts the same. Prints
-the weights for `crates/servoid/src/track/pose/confidence.rs`, and by steps of the probability how
-many poses are right, where each sequence is foretold by weights that were found without it.
+Tracks the recordings beside the repository, unchanged and made harder, and courses that the tests
+draw, some of them slow. Records in each image the evidence of the pose and whether it is right, and
+fits the weights by logistic regression, in which each sequence counts equally. Prints the weights
+for `crates/servoid/src/track/pose/confidence.rs`, and by steps of the probability how many poses
+are right, where each sequence is predicted with weights that were fitted without it.
 
 Run it with: python benches/trust/confidence.py [--seeds N] [SEQUENCE ...]
 """
@@ -57,11 +57,11 @@ BOUNDS: dict[str, tuple[float, ...]] = {
 }
 
 Floats = NDArray[np.float64]
-Sample = tuple[str, Floats, Floats]  # a sequence, what speaks for its poses, and which are right
+Sample = tuple[str, Floats, Floats]  # a sequence, the evidence of its poses, and which are right
 
 
 def slowly(index: int) -> float:
-    """Return how far an object has turned that turns slowly, in degrees."""
+    """Return the angle in degrees by which a slowly turning object has turned."""
     return 0.8 * max(index - 3, 0)
 
 
@@ -72,7 +72,7 @@ COURSES_TOO = {
 
 
 def terms(evidence: dict[str, float]) -> list[float]:
-    """Return what the weights weigh: the ramps and logarithms of confidence.rs, with its bounds."""
+    """Return the weighted terms: the ramps and logarithms of confidence.rs, with its bounds."""
     (many, part, _), (first, last, _) = BOUNDS["TEXTURED"], BOUNDS["REFERENCE"]
     reference = (evidence["reference_textured"] - first) / (last - first)
 
@@ -97,7 +97,7 @@ def terms(evidence: dict[str, float]) -> list[float]:
 def runs(
     folder: Path, seeds: int, starts: tuple[str, ...]
 ) -> Iterator[tuple[str, Recording, str, int]]:
-    """Name sequences that begin in some way, with how they are made harder and with a seed."""
+    """Name the sequences that begin with the given words, with their variants and seeds."""
     for name in (*STEREO, *MONO, *HARD, *REAL):
         place = SHARED / "data" / name
         if not place.name.startswith(starts):
@@ -121,7 +121,7 @@ def runs(
 
 
 def sample(recording: Recording, variant: str, seed: int) -> tuple[Floats, Floats]:
-    """Track an object, and return what speaks for its poses (N, 7) and which are right (N,)."""
+    """Track an object, and return the evidence of its poses (N, 7) and which are right (N,)."""
     changed = VARIANTS[variant]
     request = Request(seed=seed, every=changed.every, distance_m=recording.distance_m)
     with tempfile.TemporaryDirectory() as folder:
@@ -140,7 +140,7 @@ def sample(recording: Recording, variant: str, seed: int) -> tuple[Floats, Float
 
 
 def weights(samples: list[Sample]) -> Floats:
-    """Find the weights under which what was seen is likeliest, by sequences."""
+    """Return the maximum-likelihood weights, by sequences."""
     images = {name: sum(len(one[2]) for one in samples if one[0] == name) for name, *_ in samples}
     spoken = np.concatenate([one[1] for one in samples])
     right = np.concatenate([one[2] for one in samples])
@@ -158,7 +158,7 @@ def weights(samples: list[Sample]) -> Floats:
 
 
 def tell(samples: list[Sample]) -> None:
-    """Print the weights, and how they do on sequences that were left out."""
+    """Print the weights, and their results on sequences that were left out."""
     if not samples:
         print("nothing to track: no sequence begins so")
         return
@@ -184,7 +184,7 @@ def tell(samples: list[Sample]) -> None:
 
 
 def main() -> None:
-    """Track, find the weights, and print them."""
+    """Track, fit the weights, and print them."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("sequence", nargs="*", help="the beginning of a sequence's name")
     parser.add_argument(

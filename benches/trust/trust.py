@@ -1,16 +1,16 @@
-"""Measure how far what a tracker says of itself can be trusted.
+"""Measure how reliable the tracker's own reports are.
 
-Each recording that lies beside the repository, and each course that the tests draw, is tracked as
-it is and made harder: every 2nd to 4th image, noise, half size, JPEG, darkness, one eye covered,
-and faults of the cameras; with a body from the first look, and with several seeds. What is counted
-stands at the head of `trust.tsv`, which this writes; the tables and the picture of the page on
-trust follow from it. Skips what is not there.
+Each recording beside the repository, and each course that the tests draw, is tracked unchanged and
+made harder: every 2nd to 4th image, noise, half size, JPEG, darkness, one eye covered, and faults
+of the cameras; with a body from the first observation, and with several seeds. The head of
+`trust.tsv`, which this writes, explains the counts; the tables and the figure of the page on trust
+are generated from it. Missing recordings are skipped.
 
-Run it with: python benches/trust/trust.py [--seeds N] [--variants NAME ...] [SEQUENCE ...]
-A SEQUENCE is the beginning of a name, such as `mustard` or `drawn`; without one, all are measured.
-Rows that are not measured stay as they are. `--missing` measures only what the table lacks,
-`--quick` one seed of each sequence as it is, and writes nothing, `--pages` only writes what follows
-from the table.
+Run it with: python benches/trust/trust.py [--seeds N] [--variants NAME ...] [SEQUENCE ...] A
+SEQUENCE is the beginning of a name, such as `mustard` or `drawn`; without one, all are measured.
+Rows that are not measured are kept. `--missing` measures only what the table lacks. `--quick` uses
+one seed of each sequence, unchanged, and writes nothing. `--pages` only generates the pages from
+the table.
 """
 
 import argparse
@@ -45,7 +45,7 @@ Open = Callable[[int], Recording]  # by a seed
 
 
 def arguments() -> argparse.Namespace:
-    """Read the command line."""
+    """Parse the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("sequence", nargs="*", help="the beginning of a sequence's name")
     parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many (default {SEEDS})")
@@ -62,7 +62,7 @@ def arguments() -> argparse.Namespace:
 
 
 def sequences(folder: Path) -> Iterator[tuple[str, Open]]:
-    """Name what can be tracked, and say how it is opened; courses are drawn into a folder."""
+    """Name the available sequences, with their openers; courses are drawn into a folder."""
     for name in (*STEREO, *MONO, *HARD, *REAL):
         place = SHARED / "data" / name
         if place.is_dir():
@@ -76,7 +76,7 @@ def sequences(folder: Path) -> Iterator[tuple[str, Open]]:
 
 
 def drawn(folder: Path, name: str, seed: int) -> Recording:
-    """Draw a course, if it was not drawn before."""
+    """Draw a course, unless it was drawn before."""
     place = folder / f"{name} {seed}"
     if not place.is_dir():
         write_course(place, name, seed, FULL)
@@ -84,7 +84,7 @@ def drawn(folder: Path, name: str, seed: int) -> Recording:
 
 
 def judged(recording: Recording, variant: Variant, seed: int) -> Verdicts:
-    """Track the object of a recording with nothing but its first mask, and judge the track."""
+    """Track the object of a recording from only its first mask, and evaluate the track."""
     request = Request(seed=seed, every=variant.every, distance_m=recording.distance_m)
     with tempfile.TemporaryDirectory() as folder:
         capture = variant.change(recording.capture, seed, Path(folder))
@@ -107,7 +107,7 @@ def measured(name: str, opened: Open, given: argparse.Namespace, old: set[Key]) 
 
 
 def new_table() -> Table:
-    """Return a table for rows of trust: shares in per cent, and `row` the longest in a row."""
+    """Return a table for rows of trust: shares in per cent, and `row`, the longest wrong streak."""
     return Table(
         *("sequence         ", "variant    ", "images", "tracked", "right", "wrong", "worst"),
         *("row", "found  ", "after", "ADD mm"),
@@ -127,7 +127,7 @@ def tell(table: Table, row: Row) -> None:
 
 
 def tell_calibration(rows: list[Row]) -> None:
-    """Print how often poses are right by their confidence, and what covariances cover."""
+    """Print how often poses are right by their confidence, and the coverage of the covariances."""
     whole = joined(("all", ""), rows)
     print()
     table = Table("confidence", "images", "right %", "tracking", "of these right %")
@@ -151,7 +151,7 @@ def tell_calibration(rows: list[Row]) -> None:
 
 
 def main() -> None:
-    """Measure, print, and write the table and what follows from it."""
+    """Measure, print, and write the table and the pages."""
     given = arguments()
     kept = parse(TABLE.read_text(encoding="utf-8")) if TABLE.exists() else {}
     new: dict[Key, Row] = {}

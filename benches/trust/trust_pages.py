@@ -1,6 +1,6 @@
-"""Writes what the documentation shows of trust: tables by sequence and by variant, and a picture.
+"""Writes the tables and the figure on trust for the documentation.
 
-Used by the scripts beside it; by itself it does nothing.
+Used by the scripts beside it.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,14 +21,14 @@ BY_SEQUENCE, BY_VARIANT = (
     DOCS / "tables" / f"trust-{name}.tsv" for name in ("sequences", "variants")
 )
 PICTURE = DOCS / "images" / "trust.png"
-LEAST = 20  # images in a step of the confidence that is drawn
+LEAST = 20  # least number of images for a step of the confidence to be drawn
 TITLES = ("images", "tracked", "right", "wrong, median", "wrong, worst", "in a row")
 FURTHER = ("lost", "found", "after", "ADD mm", "position", "rotation", "both")
 PARTS = ("position", "rotation", "both")
 
 
 def write_pages(rows: Sequence[Row]) -> None:
-    """Write the tables and the picture.
+    """Write the tables and the figure.
 
     Raises:
         OutputError: one cannot be written; then none changes.
@@ -46,7 +46,7 @@ def write_pages(rows: Sequence[Row]) -> None:
 
 
 def grouped(rows: Sequence[Row], name_of: Callable[[Row], str]) -> dict[str, Row]:
-    """Join rows that have a name in common."""
+    """Combine rows with the same name."""
     names = dict.fromkeys(map(name_of, rows))
     return {
         name: joined((name, ""), (row for row in rows if name_of(row) == name)) for name in names
@@ -54,7 +54,7 @@ def grouped(rows: Sequence[Row], name_of: Callable[[Row], str]) -> dict[str, Row
 
 
 def table(title: str, rows: dict[str, Row]) -> str:
-    """Write rows as a page shows them: shares in per cent, medians and worst over the runs."""
+    """Format rows for a page: shares in per cent, medians and worst over the runs."""
     lines: list[tuple[str, ...]] = [(title, *TITLES, *FURTHER)]
     for name, row in rows.items():
         shares = (row.tracked_percent, row.right_percent)
@@ -71,12 +71,12 @@ def table(title: str, rows: dict[str, Row]) -> str:
 
 
 def shown(number: float, digits: int) -> str:
-    """Write a number, or a dash where there is none."""
+    """Format a number, or a dash if there is none."""
     return "-" if np.isnan(number) else f"{number:.{digits}f}"
 
 
 def picture(whole: Row, rows: dict[str, Row]) -> bytes:
-    """Draw how often poses are right by their confidence, and what covariances cover."""
+    """Draw how often poses are right by their confidence, and the coverage of the covariances."""
     figure = new_figure(10.0, 4.2)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.4))
     _reliability(left, whole)

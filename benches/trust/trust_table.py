@@ -1,7 +1,7 @@
-"""Keeps what was measured of a tracker's trust: one row a sequence and variant, over some seeds.
+"""Stores the measured reliability of the tracker: one row per sequence and variant, over seeds.
 
-Used by the scripts beside it; by itself it does nothing. Rows hold counts, so that rows can be
-joined; what is printed and drawn follows from them.
+Used by the scripts beside it. Rows contain counts, so that rows can be combined; printed and drawn
+figures are derived from them.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -14,8 +14,8 @@ from trust_verdicts import Verdicts
 
 TABLE = Path(__file__).with_name("trust.tsv")
 BINS = 10  # of the confidence
-REGION = 0.95  # that a covariance is asked for
-FREEDOMS = (3, 3, 6)  # of the place, the turn and both
+REGION = 0.95  # probability of the covariance's region
+FREEDOMS = (3, 3, 6)  # of position, rotation and both
 HEAD = """\
 # How far a tracker's words can be trusted: benches/trust/trust.py measured this, and writes it anew.
 # Counts are over all seeds. wrong and longest are of each seed: images that are said to be tracked and
@@ -31,7 +31,7 @@ Key = tuple[str, str]
 
 @dataclass(frozen=True)
 class Row:
-    """What the seeds of a sequence and variant gave; see `HEAD`."""
+    """The results of the seeds of a sequence and variant; see `HEAD`."""
 
     sequence: str
     variant: str
@@ -50,12 +50,12 @@ class Row:
 
     @property
     def key(self) -> Key:
-        """Return what tells the row from others."""
+        """Return the key that identifies the row."""
         return self.sequence, self.variant
 
     @property
     def wrong_percent(self) -> list[float]:
-        """Return the share of the images that were wrong and said to be tracked, by seed."""
+        """Return the share of images that were wrong and reported as tracked, by seed."""
         pairs = zip(self.wrong, self.images, strict=True)
         return [100.0 * wrong / images for wrong, images in pairs]
 
@@ -66,17 +66,17 @@ class Row:
 
     @property
     def tracked_percent(self) -> float:
-        """Return the share of the images that were said to be tracked."""
+        """Return the share of images that were reported as tracked."""
         return 100.0 * self.tracked / sum(self.images)
 
     @property
     def found(self) -> list[int]:
-        """Return how many images each loss took that ended."""
+        """Return the number of images that each recovered loss took."""
         return [one for one in self.found_after if one]
 
     @property
     def covered_percent(self) -> list[float]:
-        """Return the share that the covariance covers: of places, of turns, and of both.
+        """Return the coverage of the covariance: of positions, of rotations, and of both.
 
         They are NaN where nothing was tracked rightly.
         """
@@ -84,7 +84,7 @@ class Row:
 
 
 def row_of(key: Key, runs: Sequence[Verdicts]) -> Row:
-    """Count what runs of one sequence and variant gave."""
+    """Count the results of the runs of one sequence and variant."""
     tracking = np.concatenate([run.tracking for run in runs])
     wrong = np.concatenate([run.wrong for run in runs])
     told = ~np.concatenate([run.lost for run in runs])
@@ -116,7 +116,7 @@ def row_of(key: Key, runs: Sequence[Verdicts]) -> Row:
 
 
 def joined(key: Key, rows: Iterable[Row]) -> Row:
-    """Join rows to one; ADD is then the median of theirs."""
+    """Combine rows to one; ADD is then the median of theirs."""
     rows = list(rows)
     adds = [one.add_mm for one in rows if not np.isnan(one.add_mm)]
 
@@ -144,7 +144,7 @@ def joined(key: Key, rows: Iterable[Row]) -> Row:
 
 
 def written(rows: Mapping[Key, Row]) -> str:
-    """Write a table."""
+    """Format a table."""
     names = [field.name for field in fields(Row)]
     lines = [names, *([_cell(getattr(one, name)) for name in names] for one in rows.values())]
     return HEAD + "".join("\t".join(line) + "\n" for line in lines)

@@ -1,10 +1,10 @@
-"""Measure what the tracker's tuning constants are worth: each smaller, and larger, all else equal.
+"""Measure the effect of the tracker's tuning constants: each smaller and larger, all else equal.
 
-A constant is well chosen if a quarter more or a fifth less of it makes nothing better, and well
-placed in the code if it makes nothing much worse. For each that is asked for, this changes a copy
-of the Rust sources, builds it, tracks the courses of trust that the tests draw, and writes into
-`tuning.tsv` how many more images were tracked rightly than with the usual value, and how many more
-were wrong and trusted. The table of the page on tuning follows from it.
+A constant is well chosen if changing it by a quarter more or a fifth less improves nothing, and
+suitable as a constant in the code if that makes nothing much worse. For each requested one, this
+changes a copy of the Rust sources, builds it, tracks the courses of trust that the tests draw, and
+writes to `tuning.tsv` how many more images were tracked rightly than with the usual value, and how
+many more were wrong and trusted. The table of the page on tuning is generated from it.
 
 Run it with: python benches/trust/tuning.py [--seeds N] [CONSTANT ...]
 A CONSTANT is a file and a name, such as `trust/mod.rs:SAID`, or the beginning of that; without one,
@@ -54,7 +54,7 @@ Score = tuple[int, int]  # images that are tracked rightly, and that are wrong a
 
 
 def arguments() -> argparse.Namespace:
-    """Read the command line."""
+    """Parse the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("constant", nargs="*", help="file:NAME, or the beginning of it")
     parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many (default {SEEDS})")
@@ -66,7 +66,7 @@ def arguments() -> argparse.Namespace:
 
 
 def score(folder: Path, seeds: int) -> Score:
-    """Track the courses in a folder, which are drawn if they are not there."""
+    """Track the courses in a folder, which are drawn if they are missing."""
     right = wrong = 0
     for name in COURSES:
         for seed in range(seeds):
@@ -111,7 +111,7 @@ def built(folder: Path, change: tuple[Constant, Constant] | None) -> Path:
 
 
 def scored(package: Path, folder: Path, seeds: int) -> Score:
-    """Score the courses with a package that was built."""
+    """Score the courses with a built package."""
     command = [sys.executable, __file__, "--score", str(folder), "--seeds", str(seeds)]
     environment = os.environ | {"PYTHONPATH": str(package)}
     told = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
@@ -120,7 +120,7 @@ def scored(package: Path, folder: Path, seeds: int) -> Score:
 
 
 def swept(given: argparse.Namespace, rows: dict[tuple[str, str], Tuned]) -> None:
-    """Measure the constants that are asked for, and write each into the table when it is known."""
+    """Measure the requested constants, and write each to the table when it is known."""
     chosen = [
         one for one in constants() if f"{one.file}:{one.name}".startswith(tuple(given.constant))
     ]
@@ -147,7 +147,7 @@ def swept(given: argparse.Namespace, rows: dict[tuple[str, str], Tuned]) -> None
 
 
 def page(rows: dict[tuple[str, str], Tuned]) -> str:
-    """Write the table that the page shows."""
+    """Write the table for the page."""
     lines: list[tuple[str, ...]] = [
         ("file", "constant", "value", "unit", *(f"x {one:g}" for one in FACTORS), "meaning")
     ]
@@ -161,7 +161,7 @@ def page(rows: dict[tuple[str, str], Tuned]) -> str:
 
 
 def main() -> None:
-    """Measure what is asked for, and write what follows."""
+    """Measure what is requested, and write the results."""
     given = arguments()
     if given.score:
         given.score.mkdir(exist_ok=True)

@@ -1,1 +1,1 @@
-"""The experiments behind servoid, each a batch of seeded trials with its pictures and page."""
+"""The experiments behind servoid, each a batch of seeded trials with figures and a page."""

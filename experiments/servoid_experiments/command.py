@@ -69,7 +69,7 @@ def study(
 ) -> None:
     """Redo the paper's experiments, or find out how fast, how precise, and until when.
 
-    What is done is kept in FOLDER and not done again: a study that was broken off goes on.
+    Finished trials are kept in FOLDER and not run again: an interrupted study resumes.
 
     [bold]servoid study paper --out results[/bold]
 

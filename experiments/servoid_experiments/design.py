@@ -1,4 +1,4 @@
-"""What a study is: settings, the trials that they ask for, and the report of the results."""
+"""The definition of a study: settings, the trials that they require, and the report."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,10 +19,10 @@ SettingsT = TypeVar("SettingsT", bound=msgspec.Struct)
 class Study(Generic[SettingsT]):
     """A question that is answered by trials.
 
-    `settings` is a frozen msgspec struct whose defaults are the whole study, `quick` are settings
-    of a small one that takes seconds. `plan` says which trials they ask for. `report` draws
-    pictures into a folder and returns the sections of the study's page, whose tables are its data;
-    it leaves out trials that failed, which have no row.
+    `settings` is a frozen msgspec struct whose defaults are the whole study; `quick` are settings
+    of a small one that takes seconds. `plan` returns the trials for settings. `report` draws
+    figures into a folder and returns the sections of the study's page, whose tables are its data;
+    it omits failed trials, which have no row.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What poses and bodies are compared with the truth by: ADD, IoU, places of parts."""
+"""Metrics that compare poses and bodies with the truth: ADD, IoU, distances of parts."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ def add_error(points: Floats, believed: Pose, truth: Pose) -> float:
 
 
 def held_by(body: Body, points: Floats) -> NDArray[np.bool_]:
-    """Return which points (N, 3) in the world lie in one of a body's ellipsoids, (N,)."""
+    """Return which points (N, 3) in the world are inside an ellipsoid of a body, (N,)."""
     there = body.world_from_object.inverse().transform(np.ascontiguousarray(points))
     held = np.zeros(len(points), np.bool_)
     for center, radii, quaternion in zip(body.centers, body.radii, body.rotations, strict=True):
@@ -40,15 +40,15 @@ def shape_matrices(body: Body) -> tuple[Floats, Floats]:
 
 
 def centroid(body: Body) -> Floats:
-    """Return the centroid (3,) of what a body fills, in the world."""
+    """Return the centroid (3,) of a body's volume, in the world."""
     _, middle, _ = body.mass_properties()
     return body.world_from_object.transform(middle[None])[0]
 
 
 def volume_iou(one: Body, other: Body) -> float:
-    """Return the volume that both bodies fill as a share of what any of them does.
+    """Return the intersection over union of two bodies' volumes.
 
-    It is counted on a grid of 2.5 mm.
+    It is computed on a grid of 2.5 mm.
     """
     points = _grid([one, other])
     a, b = held_by(one, points), held_by(other, points)
@@ -56,14 +56,14 @@ def volume_iou(one: Body, other: Body) -> float:
 
 
 def nearest_parts(body: Body, true: Body) -> list[int]:
-    """Return for each ellipsoid of the true body whose centre of the other body's is nearest."""
+    """Return for each ellipsoid of the true body the index of the other body's nearest centre."""
     found, there = shape_matrices(body)[0], shape_matrices(true)[0]
     away = np.linalg.norm(there[:, None] - found[None], axis=2)
     return [int(index) for index in away.argmin(axis=1)]
 
 
 def _grid(bodies: list[Body]) -> Floats:
-    """Return points (N, 3) over a box that holds all bodies."""
+    """Return points (N, 3) over a box that contains all bodies."""
     low, high = [], []
     for body in bodies:
         for center, spread in zip(*shape_matrices(body), strict=True):

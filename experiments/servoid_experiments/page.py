@@ -1,4 +1,4 @@
-"""The page of a study: one file that needs nothing beside it."""
+"""Writes the page of a study: one self-contained file."""
 
 import base64
 import html
@@ -11,7 +11,7 @@ from servoid.output import write_whole
 from servoid.view.page_parts import fill_text, notes_list
 from servoid_experiments.report import Picture, Section, Table, shown
 
-# The caption below says what is drawn, and is not said twice.
+# The caption below describes the figure; the text for screen readers does not repeat it.
 _SHOWN = "A picture of what the caption says; its numbers are in the tables of this section"
 
 
@@ -27,7 +27,7 @@ def write_study_page(
     """Write `index.html` into a folder that exists, and return its path.
 
     `asks` is the study's question, `settings` its TOML text, and `notes` are sentences that the
-    page shows above all else.
+    page shows at the top.
 
     Raises:
         OutputError: the page cannot be written, or a picture cannot be read.
@@ -48,7 +48,7 @@ def write_study_page(
 
 
 def _contents(number: int, section: Section) -> str:
-    """Return a line that leads to a section, and its verdicts below it."""
+    """Return an entry that links to a section, with its verdicts below."""
     verdicts = "".join(
         f'<li><span class="{one.verdict.name.lower()}">{html.escape(one.verdict.value)}:</span> '
         f"{html.escape(one.claim)}</li>"

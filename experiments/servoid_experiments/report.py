@@ -1,4 +1,4 @@
-"""What a study reports: verdicts, pictures and tables, which are its data."""
+"""The report of a study: verdicts, figures and tables, which are its data."""
 
 import csv
 import io
@@ -11,7 +11,7 @@ Cell = str | float | int | None
 
 
 class Verdict(Enum):
-    """How a result stands to what the paper says."""
+    """How a result relates to the paper's claim."""
 
     AGREES = "agrees"
     PARTLY = "agrees in part"
@@ -31,7 +31,7 @@ class Finding:
 class Table:
     """Rows of cells below headings; `name` is that of its CSV file, without the suffix.
 
-    None is a cell of which nothing is known, and inf one beyond all that was tried.
+    None is an unknown cell, and inf one beyond all that was tried.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG file with a caption that says what it shows and how to read it."""
+    """A PNG file with a caption that describes what it shows and how to read it."""
 
     file: Path
     caption: str
@@ -54,7 +54,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a study's page: findings, pictures and tables, in that order."""
+    """A part of a study's page: findings, figures and tables, in that order."""
 
     heading: str
     findings: tuple[Finding, ...] = ()
@@ -72,7 +72,7 @@ def csv_of(headings: Sequence[str], rows: Iterable[Sequence[Cell]]) -> bytes:
 
 
 def shown(cell: Cell) -> str:
-    """Return what a page shows of a cell."""
+    """Format a cell for a page."""
     return "-" if cell is None else _written(cell, 4)
 
 

@@ -1,4 +1,4 @@
-"""Runs a study: its trials, its pictures and its page."""
+"""Runs a study: its trials, its figures and its page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,12 +25,12 @@ STUDIES = {
     "model": ("servoid_experiments.modelling", "MODEL"),
 }
 _SETTINGS, _VERDICTS = "study.toml", "verdicts.csv"
-_MOST_FAILURES = 3  # that are listed in full
+_MOST_FAILURES = 3  # listed in full
 
 
 @dataclass(frozen=True)
 class StudyReport:
-    """What came of a study: its sections, its page, its trials, and why some failed."""
+    """The results of a study: its sections, its page, its trials, and the reasons of failures."""
 
     sections: tuple[Section, ...]
     page: Path
@@ -52,10 +52,10 @@ def study_named(name: str) -> Study[Any]:
 
 
 def read_study_settings(study: Study[Any], path: str | Path) -> msgspec.Struct:
-    """Read the settings of a study from a TOML file; what it leaves out keeps its default.
+    """Read the settings of a study from a TOML file; missing keys keep their defaults.
 
     Raises:
-        StudyError: the file cannot be read, a key is unknown, or a value cannot be.
+        StudyError: the file cannot be read, a key is unknown, or a value is invalid.
 
     """
     return read_toml(Path(path), study.settings, StudyError)
@@ -69,10 +69,10 @@ def run_study(
     workers: Workers | None = None,
     watch: Watch | None = None,
 ) -> StudyReport:
-    """Run the trials of a study that are not done yet, and write its page, pictures and tables.
+    """Run the trials of a study that are not done yet, and write its page, figures and tables.
 
     Raises:
-        StudyError: the settings cannot be, or the workers cannot run anything.
+        StudyError: the settings are invalid, or the workers cannot run anything.
         MissingExtraError: a library is not installed.
         OutputError: the folder, or the one above it, cannot be written.
 
@@ -112,7 +112,7 @@ def _failures(results: Results) -> tuple[str, ...]:
 
 
 def _notes(failures: Sequence[str]) -> list[str]:
-    """Say which trials failed."""
+    """Report which trials failed."""
     if not failures:
         return []
     one = len(failures) == 1

@@ -1,4 +1,4 @@
-"""How results of several seeds are spread: the one statistic of all studies."""
+"""Statistics over several seeds, as used by all studies."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -14,10 +14,10 @@ _SURE = 0.975  # both tails leave 95 %
 
 @dataclass(frozen=True)
 class Spread:
-    """Mean, median and extremes of one value or more, a value for each seed.
+    """Mean, median and extremes of one or more values, one per seed.
 
-    `half` is the half width of the mean's 95 % interval by Student's t, None with a single value.
-    A value that is beyond all that was tried counts as inf.
+    `half` is the half width of the mean's 95 % interval by Student's t, None for a single value. A
+    value beyond all that was tried counts as inf.
     """
 
     count: int
@@ -40,7 +40,7 @@ class Spread:
 
 
 def spread_of(values: Iterable[float | None]) -> Spread | None:
-    """Return how the values that are known are spread, None if there are none."""
+    """Return the statistics of the known values, None if there are none."""
     known = [value for value in values if value is not None]
     if not known:
         return None
@@ -51,7 +51,7 @@ def spread_of(values: Iterable[float | None]) -> Spread | None:
 
 
 def over(rows: Sequence[RowT], take: Callable[[RowT], float]) -> Spread:
-    """Return how a figure of one row or more is spread."""
+    """Return the statistics of a figure over one or more rows."""
     found = spread_of(take(row) for row in rows)
     assert found is not None, "no rows"
     return found

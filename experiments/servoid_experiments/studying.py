@@ -1,4 +1,4 @@
-"""`servoid study`: runs a study, shows how far it is, and prints the verdicts."""
+"""`servoid study`: runs a study, shows its progress, and prints the verdicts."""
 
 import textwrap
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ _WIDTH = 80
 
 @dataclass(frozen=True, kw_only=True)
 class Order:
-    """What `servoid study` was asked for."""
+    """The arguments of `servoid study`."""
 
     name: str
     out: Path | None
@@ -33,11 +33,11 @@ class Order:
     cluster: str | None
 
     def settings(self, study: Study[Any]) -> msgspec.Struct:
-        """Return the settings that are meant.
+        """Return the selected settings.
 
         Raises:
-            OptionError: there are two kinds of them.
-        StudyError: the file cannot be read.
+            OptionError: both a file and `--quick` are given.
+            StudyError: the file cannot be read.
 
         """
         if self.config is None:
@@ -76,7 +76,7 @@ def run_order(order: Order) -> None:
 
 
 def _print_report(study: Study[Any], report: StudyReport, folder: Path) -> None:
-    """Print what was found, in 80 columns."""
+    """Print the results in 80 columns."""
     typer.echo(study.title)
     for section in report.sections:
         typer.echo(f"\n{section.heading}")

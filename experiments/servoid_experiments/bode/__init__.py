@@ -1,4 +1,4 @@
-"""How recognition, gaze and hand answer by frequency, and how much the loop withstands."""
+"""Frequency responses of recognition, gaze and hand, and the stability margins of the loop."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,7 +14,7 @@ from servoid_experiments.report import Section
 
 
 def report_bode(settings: BodeSettings, results: Results, folder: Path) -> Sequence[Section]:
-    """Draw the figures into a folder, and list their numbers.
+    """Draw the figures into a folder, and return the sections with their numbers.
 
     Raises:
         OutputError: a file cannot be written.

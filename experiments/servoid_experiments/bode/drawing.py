@@ -27,7 +27,7 @@ _DARK = 0.45  # share of a colour map below which letters on it are white
 def bode_png(title: str, curves: Mapping[str, Mapping[str, Bode]]) -> bytes:
     """Return a PNG file: gain above phase, a column for each axis, a line for each name.
 
-    `curves` are by name, then by axis; a name may lack an axis. Bands show all runs.
+    `curves` are by name, then by axis; a name may lack an axis. Bands span all runs.
     """
     figure = new_figure(_WIDE_IN, _HIGH_IN)
     figure.suptitle(title, x=0.02, ha="left", color=INK, fontsize=12)
@@ -83,9 +83,9 @@ def _name_axes(above: "Axes", below: "Axes") -> None:
 
 @dataclass(frozen=True, eq=False)
 class MarginMap:
-    """Values (latencies, rates) to be drawn; inf is beyond all that was tried, NaN not known.
+    """Values (latencies, rates) to draw; inf is beyond all that was tried, NaN unknown.
 
-    `scale` is what they are multiplied by for `unit`, and `beyond` how inf is written.
+    `scale` converts them to `unit`, and `beyond` is the text for inf.
     """
 
     title: str
@@ -98,7 +98,7 @@ class MarginMap:
 def maps_png(
     title: str, latencies_s: Sequence[float], rates_hz: Sequence[float], maps: Sequence[MarginMap]
 ) -> bytes:
-    """Return a PNG file with a map for each, two in a row, values written into them."""
+    """Return a PNG file with the maps, two in a row, with their values written into them."""
     rows = (len(maps) + 1) // 2
     figure = new_figure(_WIDE_IN, 3.1 * rows + 0.4)
     figure.suptitle(title, x=0.02, ha="left", color=INK, fontsize=12)
@@ -116,7 +116,7 @@ def maps_png(
 
 
 def _draw_map(axes: "Axes", one: MarginMap, alike: Floats) -> None:
-    """Draw a map in the shades that it shares with those of the same unit, of all values (N,)."""
+    """Draw a map with a colour scale that is shared by all maps of its unit, of all values (N,)."""
     values = one.scale * one.values
     known = alike[np.isfinite(alike) & (alike > 0.0)]
     low, high = (known.min(), known.max()) if known.size else (1.0, 1.0)

@@ -1,4 +1,4 @@
-"""Eyes that see poses, not images, and see them late: a loop whose tracker makes no errors."""
+"""A delayed sensor that measures poses, not images: a loop whose tracker makes no errors."""
 
 import math
 from collections import deque
@@ -24,10 +24,11 @@ _REMEMBERED_S = 2.0
 
 @dataclass(frozen=True)
 class Sight:
-    """How late poses arrive, and how often they are taken.
+    """The latency and the rate of the poses.
 
-    A pose arrives `latency_s` and `unknown_s` after it was taken. Its time stamp knows nothing of
-    `unknown_s`: it is so much later than the truth, and so are the cameras' poses that go with it.
+    A pose arrives `latency_s` and `unknown_s` after it was taken. Its timestamp does not include
+    `unknown_s`: it is later than the truth by this, and so are the cameras' poses that belong to
+    it.
     """
 
     rate_hz: float
@@ -36,13 +37,13 @@ class Sight:
 
     @property
     def delay_s(self) -> float:
-        """Return how old a pose is when it arrives."""
+        """Return the age of a pose when it arrives."""
         return self.latency_s + self.unknown_s
 
 
 @dataclass(frozen=True, eq=False)
 class LateEstimate:
-    """What a tracker's estimate has, of an object that was found without any error."""
+    """The fields of a tracker's estimate, for an object that was found without any error."""
 
     time_s: float
     world_from_object: Pose
@@ -57,13 +58,13 @@ class LateEstimate:
 
 
 class LateSource:
-    """Implements `servoid.source.Source`: each camera's image is the object's pose before it.
+    """Implements `servoid.source.Source`: each camera's image is the object's pose in its frame.
 
-    Ask for the newest in each control period, since the way of the joints is kept from there.
+    Request the newest in each control period, since the joints' path is recorded there.
     """
 
     def __init__(self, arm: SerialArm, course: Course, sight: Sight) -> None:
-        """Take an arm at the beginning of its time; `course` gives `world_from_object`."""
+        """Take an arm at its start time; `course` returns `world_from_object`."""
         self._arm, self._course, self._sight = arm, course, sight
         self._went: deque[tuple[float, Floats]] = deque(
             maxlen=math.ceil((_REMEMBERED_S + sight.delay_s) / arm.period_s)
@@ -72,12 +73,12 @@ class LateSource:
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
-        """Return cameras of the least size: nothing is drawn."""
+        """Return cameras of the least size: nothing is rendered."""
         camera = Camera(size_px=(16, 16), focal_px=(16.0, 16.0), center_px=(7.5, 7.5))
         return camera, camera
 
     def newest(self) -> Instant | None:
-        """Return the newest observation that has arrived and was not returned yet, else None."""
+        """Return the newest observation that has arrived and was not yet returned, else None."""
         state = self._arm.state()
         self._went.append((state.time_s, state.positions))
         found = None
@@ -98,7 +99,7 @@ class LateSource:
         return Instant(index, stamp_s, self._cameras_at(stamp_s), images)
 
     def _cameras_at(self, time_s: float) -> tuple[Pose, ...]:
-        """Return where the cameras were, between two control periods."""
+        """Return the cameras' poses, interpolated between two control periods."""
         end_s, end = self._went[-1]
         for start_s, start in reversed(self._went):
             if start_s <= time_s:
@@ -109,10 +110,10 @@ class LateSource:
 
 
 class Reader:
-    """Reads the pose that the first camera's image is.
+    """Reads the pose that the first camera's image encodes.
 
-    It is a `servoid.track.Follower` but for the type of its estimates. `linear_sigma` in m and
-    `angular_sigma` in rad are how sure it says it is.
+    It is a `servoid.track.Follower` except for the type of its estimates. `linear_sigma` in m and
+    `angular_sigma` in rad are the standard deviations that it reports.
     """
 
     def __init__(self, linear_sigma: float, angular_sigma: float) -> None:
@@ -132,7 +133,7 @@ class Reader:
     def step(
         self, time_s: float, world_from_camera: Sequence[Pose], images: Images
     ) -> LateEstimate:
-        """Return where the object is if the camera stands where it is said to stand."""
+        """Return the object's pose, assuming that the camera is at its reported pose."""
         image = images[0]
         if image is None:
             raise ValueError("the first camera delivered no image; a LateSource always does")
@@ -141,12 +142,12 @@ class Reader:
 
 
 def image_of(pose: Pose) -> NDArray[np.uint8]:
-    """Return a pose as an image (1, 56) uint8, which nobody but `pose_of` can read."""
+    """Encode a pose as an image (1, 56) uint8, which only `pose_of` can decode."""
     numbers = np.array([*pose.quaternion, *pose.translation])
     return numbers.view(np.uint8)[None]
 
 
 def pose_of(image: NDArray[np.uint8]) -> Pose:
-    """Return the pose that an image is."""
+    """Decode the pose in an image."""
     numbers = np.ascontiguousarray(image).reshape(-1).view(np.float64)
     return Pose.from_parts(numbers[4:_NUMBERS].tolist(), numbers[:4].tolist())

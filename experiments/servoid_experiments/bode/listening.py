@@ -1,4 +1,4 @@
-"""Keeps what object, hand, eyes and recognition did in a run, along the object's first axes."""
+"""Records object, hand, gaze and recognition in a run, along the object's initial axes."""
 
 from dataclasses import dataclass, field
 
@@ -11,31 +11,31 @@ from servoid.servo.settings import ServoSettings
 from servoid.sim.world import World
 
 _AT_LIMIT = 0.999
-_NO_LIMITS = {Reason.UNSEEN, Reason.AWAY}  # told while the arm moves as it would else
-_PARALLEL = 1e-3  # crossing lines of sight whose slopes differ less cross nowhere
+_NO_LIMITS = {Reason.UNSEEN, Reason.AWAY}  # reported while the arm moves as usual
+_PARALLEL = 1e-3  # lines of sight whose slopes differ by less do not intersect
 
 
 @dataclass(eq=False)
 class Course:
-    """Places over time: seconds since the path began (T,), true and told places (T, 3) in m."""
+    """Positions over time: seconds since the path began (T,), true and reported ones (T, 3), m."""
 
     times: list[float] = field(default_factory=list)
     truth: list[Floats] = field(default_factory=list)
     told: list[Floats] = field(default_factory=list)
 
     def add(self, time_s: float, truth: Floats, told: Floats) -> None:
-        """Keep a moment."""
+        """Record an instant."""
         self.times.append(time_s)
         self.truth.append(truth)
         self.told.append(told)
 
 
 class Listener:
-    """Hears the ticks of a run in a world whose object swings.
+    """Records the ticks of a run in a world whose object swings.
 
-    All places are in the frame that the object has at the start. `courses` are, by name: what the
-    tracker `seen` at the time of its images, the newest estimate `known` in a control period,
-    where the object is `predicted` to be then, where the eyes look (`gaze`), and the `hand`.
+    All positions are in the object's frame at the start. `courses` are, by name: what the tracker
+    `seen` at the time of its images, the newest estimate `known` in a control period, where the
+    object is `predicted` to be then, the point at which the eyes look (`gaze`), and the `hand`.
     """
 
     def __init__(self, world: World, object_from_body: Pose, settings: ServoSettings) -> None:
@@ -50,7 +50,7 @@ class Listener:
         self.limited = 0
 
     def hear(self, tick: Tick, counts: bool) -> None:
-        """Take in a control period; only one that counts is kept."""
+        """Process a control period; it is recorded only if it counts."""
         if tick.instant is not None and tick.estimate is not None:
             found = self._body_place(tick.estimate.world_from_object)
             if tick.estimate.located:
@@ -86,7 +86,7 @@ class Listener:
             self._watch_limits(command, self._last)
 
     def _watch_limits(self, command: Command, last: Command) -> None:
-        """Note what share of the limits of joints and hand was in use."""
+        """Record the used share of the limits of joints and hand."""
         arm, settings = self._world.arm, self._settings
         joints, hand = arm.joints, settings.hand
         twist = np.linalg.norm(command.twist.reshape(2, 3), axis=1)
@@ -109,8 +109,9 @@ class Listener:
     def _gaze(self, positions: Floats, truth: Floats) -> Floats:
         """Return the point (3,) at which the eyes look.
 
-        Sideways it is where their axes pierce the plane across z that the object is in, both eyes'
-        mean; in depth, where the axes cross as seen from above, or the object's depth if nowhere.
+        Sideways, it is where the eyes' axes intersect the plane across z that contains the object,
+        averaged over both eyes. In depth, it is where the axes intersect as seen from above, or the
+        object's depth if they do not.
         """
         places, slopes = [], []
         for pose in self._world.arm.world_from_cameras(positions):

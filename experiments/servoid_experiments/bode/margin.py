@@ -1,4 +1,4 @@
-"""How far a loop is from swinging ever wider: by more gain, or by delay that nobody told it of."""
+"""Stability margins of a loop: by additional gain, or by additional delay without a timestamp."""
 
 import math
 from collections.abc import Callable
@@ -24,31 +24,31 @@ from servoid_experiments.bode.late_sight import LateSource, Reader, Sight
 GOAL_FROM_OBJECT = Pose.from_parts(BEFORE_HAND, [1.0, 0.0, 0.0, 0.0])
 
 GAINS = (0.5, 256.0)
-"""The least and the greatest factor on the hand's gains that is tried."""
+"""The smallest and largest factor on the hand's gains that is tried."""
 
 DELAYS_S = (0.005, 0.64)
-"""The least and the greatest unknown delay that is tried."""
+"""The smallest and largest unknown delay that is tried."""
 
-_STEP = 1e-6  # m: so small that no limit is reached, and jerks are the first
-_METRES_A_RADIAN = 0.3  # that count as much
+_STEP = 1e-6  # m: so small that no limit is reached; limits of jerk would be the first
+_METRES_A_RADIAN = 0.3  # that count as much as a radian
 _REST_S = 1.2  # before the step, beyond the delay: the filter settles
-_WATCHED_S = 4.2  # after it, in three parts of which the first passes unwatched
-_GROWN = 100.0  # steps: an error beyond needs no waiting
-_GONE, _GONE_S = 1e-2, 0.5  # steps, and for how long: a smaller error does not come back
-_HALVINGS = 4  # of the octave in which stability ends
+_WATCHED_S = 4.2  # after it, in three parts, of which the first is ignored
+_GROWN = 100.0  # steps: a larger error ends the run early
+_GONE, _GONE_S = 1e-2, 0.5  # steps, and for how long: a smaller error has decayed
+_HALVINGS = 4  # bisections of the octave in which stability ends
 _PERIOD_S = PhysicsSettings().period_s
-_SIGMA = (0.0002, 0.003)  # m and rad: what the tracker says of small images, in the other part
+_SIGMA = (0.0002, 0.003)  # m and rad: as the tracker reports for small images, in the other part
 _JERKS = ("linear_jerk", "angular_jerk", "gliding_jerk", "rolling_jerk")
-_NO_REST = 1e2  # m per root s: what would wander so far when it rests is taken for going
+_NO_REST = 1e2  # m per root s: so large that the target always counts as moving
 
 
 class Loop(msgspec.Struct, frozen=True, kw_only=True):
-    """How the loop is closed; as it is set here, it is servoid's own.
+    """How the loop is closed; the defaults are servoid's own.
 
-    Without `stamped` a pose is taken for one of the time at which it arrives: the object for now as
-    far before the hand as it was then. With `paper` it is the paper's law, by which each pose is
-    taken as it is. Without `predicts` so it is by servoid's, and the object for at rest. Eyes that
-    do not `eyes_follow` are fixed.
+    Without `stamped`, a pose is used as one of its arrival time: the object is assumed to be
+    relative to the hand now as it was when the image was taken. With `paper`, the control law is
+    the paper's, which uses each pose as it is. Without `predicts`, servoid's law does so too, and
+    assumes a static object. Without `eyes_follow`, the eyes are fixed.
     """
 
     stamped: bool = True
@@ -62,17 +62,17 @@ SERVOID = Loop()
 FIXED_EYES = Loop(eyes_follow=False)
 NO_FEED_FORWARD = Loop(feed_forward=False)
 NO_PREDICTION = Loop(feed_forward=False, predicts=False)
-# Without images nothing is gained by eyes that follow, which without stamps would be where they are
-# now, not where they were: the object is before the hand as it was seen before the hand.
+# Without images, eyes that follow have no benefit. Without timestamps, their current pose would be
+# used instead of that at the exposure: the object is relative to the hand as it was seen.
 PAPER = Loop(stamped=False, paper=True, feed_forward=False, predicts=False, eyes_follow=False)
 
 
 class MarginCase(msgspec.Struct, frozen=True, kw_only=True):
-    """A loop whose poses arrive `latency_s` late, `rate_hz` a second.
+    """A loop with poses of `latency_s` at `rate_hz`.
 
-    `seeks` is what is driven up until the loop is no longer stable: "gain", the factor on the
-    hand's gains of position and turn, or "delay", by which poses arrive later than their time
-    stamps, or the loop, know of.
+    `seeks` is what is increased until the loop is no longer stable: "gain", the factor on the
+    hand's gains of position and rotation, or "delay", by which poses arrive later than their
+    timestamps, or the loop, account for.
     """
 
     loop: Loop
@@ -84,8 +84,8 @@ class MarginCase(msgspec.Struct, frozen=True, kw_only=True):
 class MarginRow(msgspec.Struct, frozen=True, kw_only=True):
     """Where stability ends: a factor, or seconds.
 
-    None if the loop is stable at the greatest that was tried, 0 if it is not at the least.
-    `swings_hz` is how fast it swings there, if it was found.
+    None if the loop is stable at the largest value tried, 0 if it is unstable at the smallest.
+    `swings_hz` is the frequency of the oscillation there, if it was found.
     """
 
     edge: Annotated[
@@ -95,10 +95,10 @@ class MarginRow(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def run_margin(case: MarginCase) -> MarginRow:
-    """Double what is sought until the loop is no longer stable, then halve the last octave.
+    """Double the sought value until the loop is no longer stable, then bisect the last octave.
 
-    A loop is stable if the error after a small step is smaller, as a root mean square, in the last
-    third of the time that it is watched than in the third before.
+    A loop is stable if the RMS error after a small step is smaller in the last third of the
+    observed time than in the third before.
     """
 
     def errors_at(octave: float) -> Floats:
@@ -120,7 +120,7 @@ MARGIN = Experiment("bode.margin", run_margin, MarginCase, MarginRow)
 
 
 def _edge(stable: Callable[[float], bool], octaves: int) -> float | None:
-    """Return the octave at which stability first ends, None if none, -1 if before 0."""
+    """Return the octave at which stability first ends, None if nowhere, -1 if before 0."""
     first = next((octave for octave in range(octaves + 1) if not stable(octave)), None)
     if first is None or first == 0:
         return None if first is None else -1.0
@@ -132,7 +132,7 @@ def _edge(stable: Callable[[float], bool], octaves: int) -> float | None:
 
 
 def is_stable(errors: Floats) -> bool:
-    """Say if errors (T, C) after a step fade."""
+    """Return whether errors (T, C) after a step decay."""
     if np.abs(errors[-1]).max() > _GROWN * _STEP:
         return False
     gone = round(_GONE_S / _PERIOD_S)
@@ -143,7 +143,7 @@ def is_stable(errors: Floats) -> bool:
 
 
 def loop_settings(loop: Loop, factor: float, oldest_s: float) -> ServoSettings:
-    """Return how a loop servos, with gains by a factor, where poses are at most so old."""
+    """Return the servo settings of a loop, with scaled gains, for poses of a maximum age."""
     settings = as_the_paper(ServoSettings()) if loop.paper else ServoSettings()
     hand, gaze, target = settings.hand, settings.gaze, settings.target
     hand = replace(
@@ -158,23 +158,23 @@ def loop_settings(loop: Loop, factor: float, oldest_s: float) -> ServoSettings:
         mode=GazeMode.FIXATE if loop.eyes_follow else GazeMode.PARALLEL,
     )
     if not loop.paper:
-        # So small a step is taken for rest, or for smooth motion; what follows quick motion is the
-        # quickest filter, and bears least.
+        # So small a step is taken for a static target, or for smooth motion; the fastest filter is
+        # that for fast motion, which has the smallest margins.
         quick = {"gliding_jerk": target.linear_jerk, "gliding_s": target.going_s}
         target = replace(target, linear_rest=_NO_REST, angular_rest=_NO_REST, **quick)
     if not (loop.predicts or loop.paper):
         believing = as_the_paper(settings).target
         jerks = {key: getattr(believing, key) for key in _JERKS}
         target = replace(target, horizon_s=0.0, **jerks)
-    # A hand that is held for old images says nothing of stability.
+    # A hand that is held because of old images would not test stability.
     safety = replace(settings.safety, coast_s=max(settings.safety.coast_s, oldest_s))
     return replace(settings, hand=hand, gaze=gaze, target=target, safety=safety)
 
 
 def errors_after_step(case: MarginCase, factor: float, unknown_s: float) -> Floats:
-    """Return errors (T, 12) after a step of the object, in m: of the hand, and of what is believed.
+    """Return errors (T, 12) after a step of the object, in m: of the hand, and of the estimate.
 
-    They end early where they have grown a hundredfold, or are gone.
+    They end early once they have grown a hundredfold or have decayed.
     """
     arm = start_arm(case.loop)
     home = arm.world_from_hand(arm.state().positions) @ GOAL_FROM_OBJECT
@@ -187,7 +187,7 @@ def errors_after_step(case: MarginCase, factor: float, unknown_s: float) -> Floa
     controller = Controller(arm, loop_settings(case.loop, factor, oldest_s))
     gone = round(_GONE_S / _PERIOD_S)
     errors: list[Floats] = []
-    # Only the core makes estimates of its own type; what reads them asks for no more than this.
+    # Only the core makes estimates of its own type; the reader here uses only these fields.
     tracker = cast(Follower, Reader(*_SIGMA))
     for tick in servo(arm, source, tracker, controller, lambda _: GOAL_FROM_OBJECT):
         since = tick.state.time_s - steps_s
@@ -203,7 +203,7 @@ def errors_after_step(case: MarginCase, factor: float, unknown_s: float) -> Floa
 
 
 def _error(world_from_hand: Pose, command: Command, world_from_object: Pose) -> Floats:
-    """Return how far hand and belief are off (12,), in metres."""
+    """Return the errors of hand and estimate (12,), in metres."""
     believed = command.world_from_object or world_from_object
     places = (world_from_hand @ GOAL_FROM_OBJECT, believed)
     off = [change_between(world_from_object, place) for place in places]
@@ -211,7 +211,7 @@ def _error(world_from_hand: Pose, command: Command, world_from_object: Pose) -> 
 
 
 def start_arm(loop: Loop) -> SerialArm:
-    """Return an arm whose hand is at its goal, and whose eyes are where they are wanted."""
+    """Return an arm whose hand is at its goal, and whose eyes point at theirs."""
     arm = SerialArm(read_arm(), _PERIOD_S)
     eyes, positions = arm.eyes, arm.state().positions
     if loop.eyes_follow and eyes is not None:
@@ -222,11 +222,11 @@ def start_arm(loop: Loop) -> SerialArm:
 
 
 def _swings_hz(errors: Floats) -> float | None:
-    """Return the frequency at which errors (T, C) swing most, None if they ended early."""
+    """Return the main frequency of oscillation in errors (T, C), None if they ended early."""
     late = errors[len(errors) // 3 :]
     if len(late) * _PERIOD_S < 0.5 * _WATCHED_S:
         return None
     waves = (late - late.mean(axis=0)) * np.hanning(len(late))[:, None]
-    longer = 8 * len(late)  # finer steps of frequency
+    longer = 8 * len(late)  # zero padding for a finer frequency resolution
     power = np.square(np.abs(np.fft.rfft(waves, longer, axis=0))).sum(axis=1)
     return float(np.argmax(power) / (longer * _PERIOD_S))

@@ -1,4 +1,4 @@
-"""Which runs the study of frequency responses and margins asks for."""
+"""The runs of the study of frequency responses and margins."""
 
 from collections.abc import Iterator, Sequence
 
@@ -22,7 +22,7 @@ VARIANTS: dict[str, tuple[bool, bool]] = {
     "no feed-forward, eyes follow": (False, True),
     "no feed-forward, fixed cameras": (False, False),
 }
-"""Whether motion is fed forward and eyes follow, by what it is called."""
+"""Whether motion is fed forward and eyes follow, by the variant's name."""
 
 MAPS: dict[str, tuple[Loop, str]] = {
     "servoid, eyes follow": (SERVOID, "delay"),
@@ -31,14 +31,14 @@ MAPS: dict[str, tuple[Loop, str]] = {
     "neither feed-forward nor prediction, eyes follow": (NO_PREDICTION, "delay"),
     "the paper's law, no time stamps": (PAPER, "gain"),
 }
-"""Loops and what is sought of them at each latency and rate, by what they are called."""
+"""The loops and the sought margin at each latency and rate, by name."""
 
-HALF = 0.5  # scale of the runs that show whether answers depend on the amplitude
+HALF = 0.5  # scale of the runs that test whether responses depend on the amplitude
 _HALVED = 2  # seeds of these, at most
 
 
 def plan(settings: BodeSettings) -> Sequence[Work]:
-    """List the runs with images, and the margins without."""
+    """List the runs with images, and the margins without images."""
     return (
         Work(RESPONSE, list(_responses(settings.response))),
         Work(MARGIN, list(_margins(settings.margin))),
@@ -78,7 +78,7 @@ def _margins(asked: MarginSettings) -> Iterator[MarginCase]:
         for latency_s in asked.latencies_s:
             for rate_hz in asked.rates_hz:
                 yield MarginCase(loop=loop, latency_s=latency_s, rate_hz=rate_hz, seeks=seeks)
-    # With time stamps the gain's edge is the same everywhere, which the corners show.
+    # With timestamps the gain margin is the same everywhere, which the corners show.
     for latency_s in dict.fromkeys((min(asked.latencies_s), max(asked.latencies_s))):
         for rate_hz in dict.fromkeys((min(asked.rates_hz), max(asked.rates_hz))):
             yield MarginCase(loop=SERVOID, latency_s=latency_s, rate_hz=rate_hz, seeks="gain")

@@ -1,4 +1,4 @@
-"""Reports how far the loop is from instability, by latency and rate."""
+"""Reports the stability margins of the loop, by latency and rate."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,7 +25,7 @@ _PAPER = "the paper's law, no time stamps"
 
 
 def report_margins(settings: MarginSettings, done: Sequence[Done], folder: Path) -> list[Section]:
-    """Draw the maps, with their numbers, and list the greatest gains; nothing without trials.
+    """Draw the maps, with their numbers, and list the largest gains; nothing without trials.
 
     Raises:
         OutputError: a file cannot be written.
@@ -41,7 +41,7 @@ def report_margins(settings: MarginSettings, done: Sequence[Done], folder: Path)
 
 
 def _values(settings: MarginSettings, kept: Kept, name: str) -> Floats:
-    """Return edges (latencies, rates); inf is beyond what was tried, NaN is not known."""
+    """Return margins (latencies, rates); inf is beyond what was tried, NaN unknown."""
     loop, seeks = MAPS[name]
     found = np.full((len(settings.latencies_s), len(settings.rates_hz)), np.nan)
     for case, row in kept:
@@ -55,7 +55,7 @@ def _values(settings: MarginSettings, kept: Kept, name: str) -> Floats:
 
 
 def _margins(kept: Kept) -> Table:
-    """List where stability ends, for each loop, latency, rate and what was sought."""
+    """List where stability ends, for each loop, latency, rate and sought quantity."""
     names = {loop: name for name, (loop, _) in reversed(MAPS.items())}
     rows: list[tuple[Cell, ...]] = []
     for case, row in kept:

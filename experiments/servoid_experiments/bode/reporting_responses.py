@@ -1,4 +1,4 @@
-"""Reports how recognition, gaze and hand answer an object that swings."""
+"""Reports the responses of recognition, gaze and hand to an object that swings."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -37,7 +37,7 @@ Kept = Sequence[tuple[ResponseCase, ResponseRow]]
 def report_responses(
     settings: ResponseSettings, done: Sequence[Done], folder: Path
 ) -> list[Section]:
-    """Draw three Bode diagrams with their numbers, and list what they show; nothing without runs.
+    """Draw three Bode diagrams with their numbers, and list the findings; nothing without runs.
 
     Raises:
         OutputError: a file cannot be written.
@@ -69,7 +69,7 @@ def report_responses(
 
 
 def gather(kept: Kept) -> Curves:
-    """Gather what was heard, by variant, signal and axis."""
+    """Collect the responses, by variant, signal and axis."""
     curves: Curves = {}
     for name, variant in VARIANTS.items():
         rows = [row for case, row in kept if (case.feed_forward, case.eyes_follow) == variant]
@@ -122,7 +122,7 @@ def _cells(spread: Spread) -> tuple[float, float, float]:
 
 
 def _limits(kept: Kept) -> Table:
-    """List what keeps the answers from being linear."""
+    """List what makes the responses nonlinear."""
     rows: list[tuple[Cell, ...]] = []
     for name, variant in VARIANTS.items():
         runs = [
@@ -154,7 +154,7 @@ def _limits(kept: Kept) -> Table:
 
 
 def _halved_table(kept: Kept) -> Table:
-    """List how the hand's gain differs with half the amplitudes, seed by seed."""
+    """List how the hand's gain changes at half the amplitudes, seed by seed."""
     rows: list[tuple[Cell, ...]] = []
     runs = {
         (case.seed, case.scale): row

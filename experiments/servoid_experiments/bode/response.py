@@ -1,4 +1,4 @@
-"""One run whose object swings with many frequencies: how recognition, eyes and hand answer."""
+"""One run whose object swings at many frequencies: the responses of recognition, eyes and hand."""
 
 from typing import Annotated
 
@@ -19,19 +19,19 @@ from servoid.track import Follower, Method
 from servoid_experiments.bode.listening import Course, Listener
 from servoid_experiments.bode.swinging import Swing, Swinging, amplitudes
 
-SIDEWAYS, DEPTH = 0, 2  # places of the axes
+SIDEWAYS, DEPTH = 0, 2  # indices of the axes
 _CAMERAS = CameraSettings(size_px=(320, 240), samples=1, moments=1)
 _ELLIPSOIDS = 4
-_SAME_M = 1e-7  # vertices that are nearer are one
-_HELD_S = 0.1  # in which the hand may be held while it is listened to
-_PATIENCE = 100  # control periods in which the first image must come
+_SAME_M = 1e-7  # closer vertices are merged
+_HELD_S = 0.1  # for which the hand may be held in the recorded period
+_PATIENCE = 100  # control periods within which the first image must arrive
 
 
 class ResponseCase(msgspec.Struct, frozen=True, kw_only=True):
-    """A run: what swings and how, and whether what is known of its motion is fed forward.
+    """A run: the object and its motion, and whether its known motion is fed forward.
 
-    `feed_forward` is that of hand and eyes. Eyes that do not `eyes_follow` are fixed to the hand
-    and look straight ahead. `scale` makes all amplitudes smaller or greater.
+    `feed_forward` applies to hand and eyes. Without `eyes_follow`, the eyes are fixed to the hand
+    and look straight ahead. `scale` multiplies all amplitudes.
     """
 
     seed: int
@@ -49,10 +49,10 @@ class ResponseCase(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
-    """How one signal answers the object's motion along one axis, by frequency.
+    """The response of one signal to the object's motion along one axis, by frequency.
 
-    `real` and `imag` are of the ratio of complex amplitudes; `floor` is the root mean square of
-    the amplitudes at frequencies at which nothing was moved, in m.
+    `real` and `imag` are those of the ratio of complex amplitudes; `floor` is the RMS amplitude at
+    frequencies without excitation, in m.
     """
 
     signal: str
@@ -69,10 +69,10 @@ class Answer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class ResponseRow(msgspec.Struct, frozen=True, kw_only=True):
-    """The answers of a run, and what share of its limits it used.
+    """The responses of a run, and the used share of its limits.
 
-    Of the joints' limits in speed and acceleration, the shares are the greatest in use;
-    `limited_share` is the share of control periods in which a limit of joints or hand was reached.
+    The shares of the joints' limits in speed and acceleration are the maxima; `limited_share` is
+    the share of control periods in which a limit of joints or hand was reached.
     """
 
     answers: list[Answer]
@@ -84,15 +84,15 @@ class ResponseRow(msgspec.Struct, frozen=True, kw_only=True):
     limited_share: Annotated[float, Meta(description="of control periods, at a limit")]
 
     def answer(self, signal: str, axis: str) -> Answer | None:
-        """Return the answer of a signal along an axis, None if there is none."""
+        """Return the response of a signal along an axis, None if there is none."""
         return next((one for one in self.answers if (one.signal, one.axis) == (signal, axis)), None)
 
 
 def run_response(case: ResponseCase) -> ResponseRow:
-    """Follow an object that swings, and compare what answered with what it did.
+    """Follow an object that swings, and compare the responses with its motion.
 
     Raises:
-        ServoError: the hand was held, so that what it did says nothing of the loop.
+        ServoError: the hand was held, so that its motion does not describe the loop.
         SimError: the case names what does not exist.
 
     """
@@ -134,14 +134,14 @@ RESPONSE = Experiment("bode.response", run_response, ResponseCase, ResponseRow)
 
 
 def body_of(world: World) -> Body:
-    """Model the object of a world by its true surface: how it is met is no part of the question."""
+    """Model the object of a world from its true surface: exploration is not part of the study."""
     vertices, faces = _welded(*world.object_mesh())
     request = model.Request(max_ellipsoids=_ELLIPSOIDS, seed=0, threads=1)
     return model.fit_mesh(vertices, faces, request).body
 
 
 def _welded(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
-    """Join vertices at the same place, which textures keep apart, so that the mesh is closed."""
+    """Merge vertices at one position, which textures keep apart, so that the mesh is closed."""
     grid = np.round(vertices / _SAME_M).astype(np.int64)
     _, first, number = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     joined = number.reshape(-1)[faces]
@@ -185,7 +185,7 @@ def _servo(case: ResponseCase) -> ServoSettings:
 
 
 def _start_tracker(world: World, body: Body, seed: int) -> Follower:
-    """Show the object to a tracker, at rest."""
+    """Start a tracker on the static object."""
     rest = np.zeros(len(world.arm.joints.names))
     for _ in range(_PATIENCE):
         instant = world.source.newest()

@@ -1,4 +1,4 @@
-"""What the study of frequency responses and margins is asked for: every default of it, once."""
+"""The settings of the study of frequency responses and margins, with their defaults."""
 
 from typing import Annotated
 
@@ -15,7 +15,7 @@ Positive = Annotated[float, Meta(gt=0)]
 
 
 class ResponseSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The object swings with many frequencies at once, and hand and eyes follow it."""
+    """The object swings at many frequencies at once, and hand and eyes follow it."""
 
     object: Annotated[str, Meta(description="what is followed, as in world.object.name")] = (
         "painted_ellipsoid"
@@ -43,11 +43,11 @@ class ResponseSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     ] = 0.1
 
     def __post_init__(self) -> None:
-        """Check that what is asked for exists, and that frequencies do not meet.
+        """Check that the names exist, and that the frequencies are distinct.
 
         Raises:
-            StudyError: there is no such object or background, or a line is in both lists, twice in
-                one, or is not there to tell a lag.
+            StudyError: there is no such object or background, or a line is in both lists, is twice
+                in one, or is missing where a lag is to be reported.
 
         """
         check_names([self.object], OBJECTS)

@@ -1,4 +1,4 @@
-"""What many runs say together: the middle of their answers, and how far they lie apart."""
+"""Statistics of the responses of several runs: median and extremes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ HALF_POWER = 2.0**-0.5
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """The median and the least and greatest of all runs, at each frequency, (L,) each."""
+    """The median and the extremes over all runs, at each frequency, (L,) each."""
 
     middle: Floats
     low: Floats
@@ -22,13 +22,13 @@ class Band:
 
     @classmethod
     def of(cls, values: Floats) -> "Band":
-        """Sum up values (n, L) of n runs."""
+        """Summarise values (n, L) of n runs."""
         return cls(np.median(values, axis=0), values.min(axis=0), values.max(axis=0))
 
 
 @dataclass(frozen=True, eq=False)
 class Bode:
-    """A signal's answer along an axis: `hz` (L,), ratio of amplitudes, and phase in degrees.
+    """A signal's response along an axis: `hz` (L,), amplitude ratio, and phase in degrees.
 
     A negative phase is a lag.
     """
@@ -41,13 +41,13 @@ class Bode:
 
     @classmethod
     def of(cls, rows: Sequence[ResponseRow], signal: str, axis: str) -> "Bode | None":
-        """Gather the answers of runs, None if there are none."""
+        """Collect the responses of runs, None if there are none."""
         answers = [answer for row in rows if (answer := row.answer(signal, axis)) is not None]
         if not answers:
             return None
         ratios = np.array([answer.ratio for answer in answers])
         gains = np.abs(ratios)
-        # What is slow is followed, so a phase begins near 0 and is never a turn off.
+        # Slow motion is followed, so the phase starts near 0 and is never a full turn off.
         phases = np.degrees(np.unwrap(np.angle(ratios), axis=1))
         return cls(np.array(answers[0].hz), Band.of(gains), Band.of(phases), gains, phases)
 
@@ -56,34 +56,34 @@ class Bode:
         return _spread(sign * self.phases_deg[:, self._nearest(hz)])
 
     def missed_at(self, hz: float) -> Spread:
-        """Return which share of the object's motion is missed at the nearest frequency."""
+        """Return the share of the object's motion that is missed at the nearest frequency."""
         place = self._nearest(hz)
         turns = np.exp(1j * np.radians(self.phases_deg[:, place]))
         return _spread(np.abs(self.gains[:, place] * turns - 1.0))
 
     @property
     def bandwidth_hz(self) -> Spread:
-        """Return where the amplitude first falls to 3 dB below that of the object."""
+        """Return where the amplitude first falls 3 dB below that of the object."""
         return self._leaving((HALF_POWER, np.inf))
 
     @property
     def faithful_hz(self) -> Spread:
-        """Return up to where the amplitude is within 3 dB of that of the object."""
+        """Return up to which frequency the amplitude is within 3 dB of the object's."""
         return self._leaving((HALF_POWER, 1.0 / HALF_POWER))
 
     @property
     def peak(self) -> Spread:
-        """Return the greatest ratio of amplitudes."""
+        """Return the largest amplitude ratio."""
         return _spread(self.gains.max(axis=1))
 
     @property
     def peak_hz(self) -> float:
-        """Return where the median is greatest."""
+        """Return the frequency at which the median is largest."""
         return float(self.hz[int(np.argmax(self.gain.middle))])
 
     @property
     def delay_s(self) -> Spread:
-        """Return the delay that the phases amount to: the median over all frequencies."""
+        """Return the delay that corresponds to the phases: the median over all frequencies."""
         return _spread(np.median(-self.phases_deg / (360.0 * self.hz), axis=1))
 
     def _nearest(self, hz: float) -> int:
@@ -95,7 +95,7 @@ class Bode:
 
 
 def _spread(values: Floats) -> Spread:
-    """Return how values (n,) of n runs are spread."""
+    """Return the median and the extremes of values (n,) of n runs."""
     found = spread_of(values.tolist())
     assert found is not None, "no runs"
     return found
@@ -104,7 +104,7 @@ def _spread(values: Floats) -> Spread:
 def leaving(hz: Floats, gains: Floats, bounds: tuple[float, float]) -> float | None:
     """Return where a gain (L,) first leaves its bounds, None if nowhere.
 
-    Between two frequencies it goes straight in logarithms.
+    Between two frequencies it is interpolated linearly in logarithms.
     """
     low, high = bounds
     outside = np.flatnonzero((gains < low) | (gains > high))

@@ -1,4 +1,4 @@
-"""An object that swings with many frequencies at once, and what is heard of each of them."""
+"""An object that swings at many frequencies at once, and the amplitudes of a signal at each."""
 
 import math
 from collections.abc import Sequence
@@ -12,9 +12,9 @@ from servoid.servo.arm import Floats
 
 Complexes = NDArray[np.complex128]
 
-_SOFT_S = 1.5  # over which the object gets going
-_DRAWS = 300  # of phases, of which those are taken whose acceleration peaks least
-_SAMPLES = 2000  # of a period, for its peak
+_SOFT_S = 1.5  # over which the motion is faded in
+_DRAWS = 300  # of phases; those with the lowest peak acceleration are used
+_SAMPLES = 2000  # of a period, to find its peak
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +39,9 @@ class Swing:
         amplitude: float,
         seed: Sequence[int],
     ) -> "Swing":
-        """Make one whose single sines are no faster than `speed` and no wider than `amplitude`.
+        """Make a swing whose single sines do not exceed `speed` and `amplitude`.
 
-        Of many phases that the seed draws it has those whose acceleration peaks least.
+        Of many phases that the seed draws, those with the lowest peak acceleration are used.
         """
         chosen = np.array(lines, dtype=np.int64)
         rates = 2.0 * math.pi * base_hz * chosen
@@ -60,13 +60,13 @@ class Swing:
 
 @dataclass(frozen=True, eq=False)
 class Swinging:
-    """A path of `servoid.sim.world`: to the right and away from the hand by two swings."""
+    """A path of `servoid.sim.world`: two swings, to the right and away from the hand."""
 
     sideways: Swing
     depth: Swing
 
     def start_from_object(self, time_s: float) -> Pose:
-        """Return the object's pose in the frame that it has at the start."""
+        """Return the object's pose in its frame at the start."""
         share = min(max(time_s / _SOFT_S, 0.0), 1.0)
         soft = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
         place = [soft * self.sideways.at(time_s), 0.0, soft * self.depth.at(time_s)]

@@ -1,4 +1,4 @@
-"""The study of modelling: how good a body is, by what it was made of."""
+"""The study of modelling: the quality of a body by its inputs."""
 
 from servoid_experiments.design import Study
 from servoid_experiments.modelling.around import around

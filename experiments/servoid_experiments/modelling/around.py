@@ -1,4 +1,4 @@
-"""Cameras around an object that stands in the origin: x right, y down, z away."""
+"""Cameras around an object at the origin: x right, y down, z away."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from servoid.pose import Pose
 from servoid.sim.world.events.motions import Floats
 
 _UP = np.array([0.0, -1.0, 0.0])
-GOLDEN = float(np.pi * (3.0 - np.sqrt(5.0)))  # by which any number of views is spread well
+GOLDEN = float(np.pi * (3.0 - np.sqrt(5.0)))  # spreads any number of views evenly
 
 
 def around(
@@ -20,9 +20,9 @@ def around(
     *,
     step: float = GOLDEN,
 ) -> list[Pose]:
-    """Return `object_from_camera` of cameras on all sides of the object, at heights in turn.
+    """Return `object_from_camera` of cameras on all sides of the object, at alternating heights.
 
-    `begin` in radians says where the first one is. Each next one is `step` radians on: by
+    `begin` in radians is the angle of the first one. Each next one is `step` radians further: by
     default 137.5 degrees, so that even two see different outlines. All look at the origin from
     `away` metres.
     """
@@ -36,7 +36,7 @@ def around(
 
 
 def watching(place: NDArray[np.float64]) -> Pose:
-    """Return `object_from_camera` of a level camera at a place (3,) that looks at the origin."""
+    """Return `object_from_camera` of a level camera at a position (3,) that looks at the origin."""
     forward: Floats = -place / np.linalg.norm(place)
     right = np.cross(forward, _UP)
     right /= np.linalg.norm(right)

@@ -1,4 +1,4 @@
-"""What is tried when modelling is studied, and what comes of a trial."""
+"""The cases and the results of the study of modelling."""
 
 from typing import Annotated
 
@@ -11,11 +11,11 @@ Views = Annotated[int, Meta(ge=2)]
 
 
 class ModelCase(Struct, frozen=True, kw_only=True):
-    """Outlines of an object, how they are spoilt, and with how many ellipsoids they are modelled.
+    """Outlines of an object, their noise, and the number of ellipsoids of the model.
 
-    Of the masks, `edge_px` is by how much the outline is off, `flipped` the share of wrong pixels,
-    and `holes` the share of the object that is missing. Of the cameras' poses, `place_mm` and
-    `turn_deg` are by how much they are off. All but shares are standard deviations, those of poses
+    Of the masks, `edge_px` is the error of the outline, `flipped` the share of wrong pixels, and
+    `holes` the missing share of the object. Of the cameras' poses, `place_mm` and `turn_deg` are
+    the errors of position and rotation. All but shares are standard deviations, those of poses
     about each axis.
     """
 
@@ -32,10 +32,10 @@ class ModelCase(Struct, frozen=True, kw_only=True):
 
 
 class ModelRow(Struct, frozen=True, kw_only=True):
-    """How good a body is, and how long it took.
+    """The quality of a body, and the time that modelling took.
 
     Intersections over unions: of the volume with that of the design, and of the outlines in views
-    that were not used, on average and in the worst of them. Masks and poses of these are exact.
+    that were not used, on average and in the worst view. Masks and poses of these are exact.
     """
 
     volume_iou: float

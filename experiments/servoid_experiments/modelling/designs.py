@@ -1,4 +1,4 @@
-"""Objects whose exact shape is known: what they hold, and what cameras see of them."""
+"""Objects whose exact shape is known: their volume, and what cameras see of them."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -24,7 +24,7 @@ DESIGNS = (_BIRD, *OBJECTS)
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """An object's surface in its own frame, x right, y down, z away, and what it holds.
+    """An object's surface in its own frame, x right, y down, z away, and its volume.
 
     `vertices` is (N, 3) and `faces` (M, 3); parts may overlap.
     """
@@ -35,7 +35,7 @@ class Design:
     stage: Scene
 
     def mask(self, camera: Camera, object_from_camera: Pose) -> NDArray[np.uint8]:
-        """Return where a camera sees the object: (H, W) uint8, 255 inside."""
+        """Return the object's silhouette in a camera: (H, W) uint8, 255 inside."""
         lens = Lens(
             model="pinhole",
             size_px=camera.size_px,
@@ -50,14 +50,14 @@ class Design:
         return np.where(numbers >= 0, np.uint8(255), np.uint8(0))
 
     def volume_iou(self, body: Body) -> float:
-        """Return the volume that object and body share, over that which either holds."""
+        """Return the intersection over union of the volumes of object and body."""
         shared = self.voxels.volume * np.count_nonzero(held_by(body, self.voxels.middles))
         return float(shared / (self.voxels.total + body.mass_properties()[0] - shared))
 
 
 @lru_cache(maxsize=len(DESIGNS))
 def design_of(name: str) -> Design:
-    """Return the design of an object, always the same.
+    """Return the design of an object, always the same instance.
 
     Raises:
         SimError: there is no such object.
@@ -83,7 +83,7 @@ def _shipped(name: str) -> tuple[Floats, NDArray[np.int64]]:
 
 
 def _bird() -> tuple[Floats, NDArray[np.int64]]:
-    """Return the sample's bird, which stands on the ground with z up, about its middle."""
+    """Return the sample's bird, which is on the ground with z up, about its middle."""
     center = np.array(bird.BOUND_CENTER)
     vertices, faces = bird.mesh(_BIRD_SPACING)
     x, y, z = (vertices - center).T

@@ -1,4 +1,4 @@
-"""What spoils masks and camera poses."""
+"""Adds noise to masks and camera poses."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,14 +7,14 @@ from servoid.pose import Pose
 from servoid.sim.world.events.motions import Floats
 from servoid_experiments.modelling.cases import ModelCase
 
-_LUMP_PX = 12  # what an outline is off by changes over so many pixels
+_LUMP_PX = 12  # correlation length of the outline's error in pixels
 _HOLE = 0.07  # radius, in square roots of the object's area
 
 Mask = NDArray[np.uint8]
 
 
 def spoilt_mask(mask: Mask, case: ModelCase, random: np.random.Generator) -> Mask:
-    """Return a mask (H, W) whose outline is off, which has holes, and wrong pixels."""
+    """Return a mask (H, W) with an error of its outline, holes, and wrong pixels."""
     if case.edge_px > 0.0:
         mask = _warped(mask, case.edge_px, random)
     if case.holes > 0.0:
@@ -25,7 +25,7 @@ def spoilt_mask(mask: Mask, case: ModelCase, random: np.random.Generator) -> Mas
 
 
 def spoilt_pose(pose: Pose, case: ModelCase, random: np.random.Generator) -> Pose:
-    """Return a camera's pose that is off in place and turn."""
+    """Return a camera's pose with errors of position and rotation."""
     place = random.normal(size=3) * 0.001 * case.place_mm
     turn = random.normal(size=3) * np.radians(case.turn_deg)
     moved = Pose.from_parts(place.tolist(), (1.0, 0.0, 0.0, 0.0))
@@ -33,7 +33,7 @@ def spoilt_pose(pose: Pose, case: ModelCase, random: np.random.Generator) -> Pos
 
 
 def _warped(mask: Mask, off_px: float, random: np.random.Generator) -> Mask:
-    """Shift each pixel by smooth noise with so large a standard deviation along both axes."""
+    """Shift each pixel by smooth noise with a standard deviation of `off_px` along both axes."""
     height, width = mask.shape
     rows, columns = np.mgrid[:height, :width]
     down, right = (off_px * _smooth((height, width), random) for _ in range(2))
@@ -51,14 +51,14 @@ def _smooth(shape: tuple[int, int], random: np.random.Generator) -> Floats:
 
 
 def _weights(length: int, step: int) -> Floats:
-    """Return how much each of `length` places takes from marks `step` apart; squares sum to 1."""
+    """Return the weights of `length` pixels on marks `step` apart; their squares sum to 1."""
     places = np.arange(length)[:, None] / step - np.arange(length // step + 2)[None]
     weights = np.maximum(1.0 - np.abs(places), 0.0)
     return weights / np.linalg.norm(weights, axis=1, keepdims=True)
 
 
 def _with_holes(mask: Mask, share: float, random: np.random.Generator) -> Mask:
-    """Punch discs into the object until so large a share of it is missing."""
+    """Punch discs into the object until `share` of it is missing."""
     inside = np.argwhere(mask > 0)
     radius = _HOLE * np.sqrt(len(inside))
     rows, columns = np.mgrid[: mask.shape[0], : mask.shape[1]]

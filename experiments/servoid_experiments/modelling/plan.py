@@ -1,4 +1,4 @@
-"""The trials that the study of modelling consists of."""
+"""The trials of the study of modelling."""
 
 from dataclasses import dataclass
 
@@ -14,21 +14,21 @@ VIEWS, ELLIPSOIDS = "views", "ellipsoids"
 
 @dataclass(frozen=True)
 class Plan:
-    """What is varied, and around what: each object, with all seeds."""
+    """The varied factors and their centres: each object, with all seeds."""
 
     factors: tuple[Factor, ...]
     series: tuple[Series[ModelCase], ...]
 
 
 def plan_modelling(settings: ModelStudySettings) -> list[Work]:
-    """Return the trials that the settings ask for."""
+    """Return the trials of the settings."""
     plan = layout(settings)
     cases = [case for one in plan.series for case in cases_around(one.centers, plan.factors)]
     return [Work(MODELLING, cases)]
 
 
 def layout(settings: ModelStudySettings) -> Plan:
-    """Return what the settings vary, and around what."""
+    """Return the factors that the settings vary, and their centres."""
     series = tuple(
         Series(name, DISTINCT[place % len(DISTINCT)], _centers(settings, name))
         for place, name in enumerate(settings.objects)

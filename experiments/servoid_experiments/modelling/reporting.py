@@ -1,4 +1,4 @@
-"""What the study of modelling reports: how good bodies are, and how long they take."""
+"""Reports the study of modelling: the quality of bodies, and the time that they take."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -90,7 +90,7 @@ def _every_figure(plan: Plan, sweep: Trials) -> Table:
 
 
 def _mean(plan: Plan, sweep: Trials, place: tuple[Factor, Value], metric: str) -> float | None:
-    """Return the median over the seeds, on average over the objects; None if one is not known."""
+    """Return the median over the seeds, averaged over the objects; None if one is unknown."""
     spreads = [sweep.spread(one, place, METRICS[metric]) for one in plan.series]
     known = [spread.middle for spread in spreads if spread is not None]
     return fmean(known) if len(known) == len(spreads) else None

@@ -1,4 +1,4 @@
-"""What the study of modelling varies, and around what: every number of it is written here."""
+"""The settings of the study of modelling: factors, centre, and every number."""
 
 from typing import Annotated
 
@@ -10,7 +10,7 @@ from servoid_experiments.sweeping import check_names, check_varied
 
 
 class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The case in the centre: what is not varied is as it is here."""
+    """The case in the centre: factors that are not varied have these values."""
 
     views: Annotated[Views, Meta(description="masks from all sides")] = 12
     ellipsoids: Annotated[Count, Meta(description="of the body")] = 5
@@ -22,7 +22,7 @@ class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The values that each factor takes, one factor at a time; none: it is not varied."""
+    """The values of each factor, which are varied one at a time; empty: not varied."""
 
     views: Annotated[tuple[Views, ...], Meta(description="masks")] = (2, 3, 4, 6, 8, 16, 24)
     ellipsoids: Annotated[tuple[Count, ...], Meta(description="of the body")] = (1, 2, 3, 8, 12)
@@ -49,7 +49,7 @@ class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class ModelStudySettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How modelling is studied."""
+    """Settings of the study of modelling."""
 
     objects: Annotated[
         tuple[str, ...],

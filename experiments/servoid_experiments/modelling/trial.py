@@ -1,4 +1,4 @@
-"""A trial of modelling: a body is made of an object's outlines, and compared with its design."""
+"""A trial of modelling: models an object from outlines, and compares the body with the truth."""
 
 import time
 from functools import lru_cache
@@ -19,11 +19,11 @@ JUDGES, _JUDGES_BEGIN, _JUDGES_ELEVATIONS_DEG = 8, 1.0, (32.0, 12.0, 55.0)
 
 
 def run_model_case(case: ModelCase) -> ModelRow:
-    """Model an object from spoilt outlines and judge the body by what is true.
+    """Model an object from noisy outlines and compare the body with the truth.
 
     Raises:
         SimError: there is no such object.
-        ModelError: the spoilt outlines cannot be modelled.
+        ModelError: the noisy outlines cannot be modelled.
 
     """
     random = np.random.default_rng(case.seed)
@@ -35,7 +35,7 @@ def run_model_case(case: ModelCase) -> ModelRow:
         spoilt = spoilt_pose(pose, case, random)
         views.append(View(camera=camera, world_from_camera=spoilt, mask=mask))
     settings = ModelSettings(max_ellipsoids=case.ellipsoids, delta=0.0, seed=case.seed, threads=1)
-    start = time.process_time()  # which other work on the machine does not lengthen
+    start = time.process_time()  # independent of other load on the machine
     body = fit_body(ModelInput(views=views), settings)[-1].body
     seconds = time.process_time() - start
     ious = silhouette_ious(body, _judges(case.object, case.size_px))
@@ -53,7 +53,7 @@ MODELLING = Experiment("modelling", run_model_case, ModelCase, ModelRow)
 
 @lru_cache(maxsize=len(DESIGNS))
 def _judges(name: str, size_px: tuple[int, int]) -> tuple[View, ...]:
-    """Return exact views of an object that no trial models from."""
+    """Return exact views of an object from which no trial models."""
     design, camera = design_of(name), _camera(size_px)
     return tuple(
         View(camera=camera, world_from_camera=pose, mask=design.mask(camera, pose))

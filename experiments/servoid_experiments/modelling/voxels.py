@@ -1,4 +1,4 @@
-"""Which voxels a closed mesh holds."""
+"""The voxels inside a closed mesh."""
 
 from dataclasses import dataclass
 
@@ -7,27 +7,27 @@ from numpy.typing import NDArray
 
 from servoid.sim.world.events.motions import Floats
 
-_OFF = np.array([0.3819, 0.4142, 0.5])  # of a voxel: lines that meet no corner of a mesh
+_OFF = np.array([0.3819, 0.4142, 0.5])  # of a voxel: offset so that lines meet no vertex of a mesh
 
 
 @dataclass(frozen=True, eq=False)
 class Voxels:
-    """The middles (N, 3) of the voxels that a solid holds, and the volume of each."""
+    """The centres (N, 3) of the voxels inside a solid, and the volume of each."""
 
     middles: Floats
     volume: float
 
     @property
     def total(self) -> float:
-        """Return the volume of all of them."""
+        """Return their total volume."""
         return self.volume * len(self.middles)
 
 
 def voxels_of(vertices: Floats, faces: NDArray[np.int64], count: int) -> Voxels:
-    """Return what a mesh holds, in `count` voxels along its longest side.
+    """Return the voxels inside a mesh, with `count` voxels along its longest side.
 
-    Parts may overlap. Hollows that are walled in on all sides but above and below, y, count as
-    held: no outline that is seen from the side tells them from what is solid.
+    Parts may overlap. Hollows that are enclosed on all sides but above and below, y, count as
+    inside: no outline from the side distinguishes them from a solid.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size = float((high - low).max()) / count
@@ -40,7 +40,7 @@ def voxels_of(vertices: Floats, faces: NDArray[np.int64], count: int) -> Voxels:
 def _winding(
     vertices: Floats, faces: NDArray[np.int64], grid: tuple[Floats, float, NDArray[np.int_]]
 ) -> NDArray[np.int_]:
-    """Return how many surfaces lie around each voxel, by what lines along z pass through."""
+    """Return the winding number of each voxel, from the crossings of lines along z."""
     low, size, counts = grid
     passed = np.zeros((*counts[:2], counts[2] + 1), int)
     places = (vertices - low) / size - _OFF
@@ -64,7 +64,7 @@ def _winding(
 
 
 def _filled(held: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return what is held, and what is walled in along both x and z."""
+    """Return the voxels inside, including those enclosed along both x and z."""
     walled = [
         np.logical_or.accumulate(held, axis=axis)
         & np.flip(np.logical_or.accumulate(np.flip(held, axis), axis=axis), axis)

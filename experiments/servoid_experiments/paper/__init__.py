@@ -1,1 +1,1 @@
-"""The paper's experiments again: its fitness map, its model of two ellipsoids, its servoing."""
+"""Reproduces the paper's experiments: its fitness map, its two ellipsoids, its servoing."""

@@ -1,4 +1,4 @@
-"""What the eyes of the hand see of an object of the simulated world, without an arm that moves."""
+"""Images of the hand's eyes of an object in the simulated world, without a moving arm."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class EyeMode(Enum):
 
 
 class PairSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How the stereo pairs are taken; the paper says none of it."""
+    """How the stereo pairs are taken; the paper states none of it."""
 
     size_px: Annotated[
         tuple[int, int], Meta(description="width and height of an image; assumed")
@@ -56,7 +56,7 @@ class PairSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 @dataclass(frozen=True)
 class Moment:
-    """What a pair shows: an object somewhere before the hand, how the eyes look, and the light.
+    """The scene of a pair: an object's pose before the hand, the eyes' directions, and the light.
 
     `seed` is that of the noise.
     """
@@ -86,12 +86,12 @@ class EyePair:
 
 
 def paper_hand() -> Pose:
-    """Return `world_from_hand` of the start in the paper, as the arm's file has it."""
+    """Return `world_from_hand` at the paper's start, from the arm's file."""
     return pose_of(unit_row(read_arm().start.world_from_hand))
 
 
 def see(settings: PairSettings, moment: Moment) -> EyePair:
-    """Draw what both eyes see, on one thread.
+    """Render the images of both eyes, on one thread.
 
     Raises:
         SimError: there is no such object or background.
@@ -135,7 +135,7 @@ def see(settings: PairSettings, moment: Moment) -> EyePair:
 def world_from_eyes(
     world_from_hand: Pose, fixed_in_hand: NDArray[np.float64], mode: EyeMode
 ) -> tuple[Pose, Pose]:
-    """Return where the eyes' lenses are that look ahead, or both at a point (3,) of the hand."""
+    """Return the poses of the eyes' lenses, looking ahead, or both at a point (3,) in the hand."""
     half_baseline = read_arm().eyes.half_baseline
     tilt, left, right = (
         fixation(half_baseline, fixed_in_hand, np.zeros(3)).angles
@@ -152,7 +152,7 @@ def world_from_eyes(
 
 
 def true_body(object_name: str, world_from_object: Pose) -> Body:
-    """Return an object that is made of ellipsoids as a body, in the object's own frame."""
+    """Return an object that consists of ellipsoids as a body, in the object's own frame."""
     parts = [visual for visual in make_object(object_name) if isinstance(visual.shape, Ellipsoid)]
     places = np.array([unit_row(visual.carrier_from_visual) for visual in parts])
     radii = [visual.shape.radii for visual in parts if isinstance(visual.shape, Ellipsoid)]

@@ -1,4 +1,4 @@
-"""Trials in which one number that the paper leaves out is changed, for its Figs. 8 and 9."""
+"""Trials with one changed number that the paper does not state, for its Figs. 8 and 9."""
 
 from msgspec.structs import replace
 

@@ -1,4 +1,4 @@
-"""The study of the paper: all its experiments, from one file of settings."""
+"""The study of the paper: all its experiments, from one settings file."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,7 +22,7 @@ from servoid_experiments.report import Section
 
 
 class PaperStudySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The paper's experiments; where it leaves out a constant, ours is called assumed."""
+    """The paper's experiments; constants that it does not state are called assumed."""
 
     map: MapSettings = MapSettings()
     two: TwoSettings = TwoSettings()
@@ -41,7 +41,7 @@ def plan_paper(settings: PaperStudySettings) -> list[Work]:
 
 
 def report_paper(settings: PaperStudySettings, results: Results, folder: Path) -> Sequence[Section]:
-    """Draw each figure again, and list its numbers."""
+    """Draw each figure, and list its numbers."""
     constants = settings.servoing.constants
     return [
         map_section(settings.map, results[FITNESS_MAP.name], folder),

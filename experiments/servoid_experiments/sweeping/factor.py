@@ -1,4 +1,4 @@
-"""What is varied in a sweep, the cases that come of it, and checks of its settings."""
+"""Factors of a sweep, the cases that result from them, and checks of its settings."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ Value = float | int | str | Enum
 
 @dataclass(frozen=True)
 class Factor:
-    """One thing that is varied while all else stays as it is in the centre.
+    """One quantity that is varied while all others stay at the centre.
 
-    `key` names the field of a case, dotted where it lies in a struct of the case. `log` asks for a
-    logarithmic axis; values that are no numbers stand side by side.
+    `key` names the field of a case, dotted if it is in a struct of the case. `log` requests a
+    logarithmic axis; values that are not numbers are drawn side by side.
     """
 
     key: str
@@ -29,7 +29,7 @@ class Factor:
     log: bool = False
 
     def at(self, case: msgspec.Struct) -> Value:
-        """Return the value that a case has."""
+        """Return a case's value of the factor."""
         found: msgspec.Struct | Value = case
         for name in self.key.split("."):
             found = getattr(found, name)
@@ -37,7 +37,7 @@ class Factor:
         return found
 
     def values_with(self, center: Value) -> tuple[Value, ...]:
-        """Return that of the centre and the other values, numbers in their order."""
+        """Return the centre's value and the others, numbers in ascending order."""
         every = list(dict.fromkeys((center, *self.values)))
         numbers = [value for value in every if isinstance(value, float | int)]
         return tuple(sorted(numbers)) if len(numbers) == len(every) else tuple(every)
@@ -51,7 +51,7 @@ def varied(case: CaseT, key: str, value: Value) -> CaseT:
 
 
 def cases_around(centers: Iterable[CaseT], factors: Sequence[Factor]) -> list[CaseT]:
-    """Return each centre and what the factors make of it, one factor at a time, none twice."""
+    """Return each centre and its variations, one factor at a time, without duplicates."""
     found: dict[CaseT, None] = {}
     for center in centers:
         found[center] = None
@@ -65,7 +65,7 @@ def check_varied(sweep: msgspec.Struct) -> None:
     """Check that some factor has values to try.
 
     Raises:
-        StudyError: none has, which msgspec tells with the place in the file.
+        StudyError: none has; msgspec adds the position in the file.
 
     """
     names = [field.name for field in msgspec.structs.fields(sweep)]
@@ -77,7 +77,7 @@ def check_names(given: Iterable[str], known: Iterable[str], kind: str = "object"
     """Check that objects, or things of another kind, exist.
 
     Raises:
-        StudyError: one does not, which msgspec tells with the place in the file.
+        StudyError: one does not; msgspec adds the position in the file.
 
     """
     every = list(known)

@@ -1,4 +1,4 @@
-"""Small multiples: one panel a factor, a line with a band over the seeds for each series."""
+"""Small multiples: one panel per factor, a line with a band over the seeds for each series."""
 
 import math
 import textwrap
@@ -23,15 +23,15 @@ BANDS = (
 
 _WIDE_IN, _HIGH_IN = 9.6, 2.35
 _COLUMNS = 3
-_TITLE_LETTERS = 24  # in a line beside an axis
+_TITLE_LETTERS = 24  # per line beside an axis
 _MOST_TICKS = 7
 _IN_LEGEND = 6
-_BESIDE = 0.13  # of the way from one name to the next: what stands side by side there
+_BESIDE = 0.13  # of the distance between names: the offset of values that are side by side
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A series: its spread at each value; None where nothing is known."""
+    """A series: its spread at each value; None where unknown."""
 
     name: str
     color: str
@@ -44,7 +44,7 @@ class Curve:
 class Panel:
     """The curves of one factor, and the values that it has in the centres.
 
-    `note` says what dashed curves are.
+    `note` explains the dashed curves.
     """
 
     factor: Factor
@@ -61,13 +61,13 @@ class Panel:
 
     @property
     def has_names(self) -> bool:
-        """Say if the values are names."""
+        """Return whether the values are names."""
         return not all(isinstance(value, float | int) for value in self.values)
 
 
 @dataclass(frozen=True)
 class Scale:
-    """What all panels show upwards: its name with the unit, and where it begins and ends."""
+    """The vertical axis of all panels: its name with the unit, and its range."""
 
     title: str
     low: float | None = None
@@ -76,7 +76,7 @@ class Scale:
 
 
 def draw_panels(panels: Sequence[Panel], scale: Scale) -> bytes:
-    """Draw panels beside and below each other; return the PNG file's bytes."""
+    """Draw panels in a grid; return the bytes of the PNG file."""
     rows = -(-len(panels) // _COLUMNS)
     figure = new_figure(_WIDE_IN, _HIGH_IN * rows + 0.7)
     grid = figure.subplots(rows, _COLUMNS, sharey=True, squeeze=False).ravel()
@@ -88,7 +88,7 @@ def draw_panels(panels: Sequence[Panel], scale: Scale) -> bytes:
         _set_log(grid[0])
     grid[0].set_ylim(scale.low, scale.high)
     for place in range(0, len(panels), _COLUMNS):
-        # A panel is not high: a longer title would run into that of the next row.
+        # Panels are low: a longer title would overlap that of the next row.
         title = textwrap.fill(scale.title, _TITLE_LETTERS)
         grid[place].set_ylabel(title, color=INK, fontsize=10)
     known = {
@@ -161,7 +161,7 @@ def _draw_curve(
 
 
 def _set_log(axes: "Axes") -> None:
-    """Make the vertical axis logarithmic, its ticks plain numbers."""
+    """Make the vertical axis logarithmic, with plain numbers as tick labels."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     axes.set_yscale("log")
@@ -171,7 +171,7 @@ def _set_log(axes: "Axes") -> None:
 
 
 def _set_ticks(axes: "Axes", panel: Panel) -> None:
-    """Name the values that were tried, as far as there is room."""
+    """Label the tried values, as far as there is room."""
     from matplotlib.ticker import NullLocator
 
     numbers = [value for value in panel.values if isinstance(value, float | int)]
@@ -183,7 +183,7 @@ def _set_ticks(axes: "Axes", panel: Panel) -> None:
 
 
 def far_apart(numbers: Sequence[float], log: bool) -> list[float]:
-    """Return numbers whose labels do not touch, the first and the last among them."""
+    """Return numbers whose labels do not overlap, including the first and the last."""
     at = [math.log(number) if log else number for number in numbers]
     room = (at[-1] - at[0]) / _MOST_TICKS
     kept = [len(at) - 1]
@@ -194,14 +194,14 @@ def far_apart(numbers: Sequence[float], log: bool) -> list[float]:
 
 
 def written(value: Value) -> str:
-    """Write a value of a factor."""
+    """Format a value of a factor."""
     if isinstance(value, Enum):
         return str(value.value)
     return value.replace("_", "\n") if isinstance(value, str) else f"{value:g}"
 
 
 def panels_csv(panels: Sequence[Panel], figure: str) -> bytes:
-    """Return what panels show as CSV: a line for each value of each curve.
+    """Return the content of panels as CSV: a line for each value of each curve.
 
     `figure` names the number; `seeds_low` and `seeds_high` are the extremes over the seeds.
     """

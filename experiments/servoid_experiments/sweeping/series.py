@@ -1,4 +1,4 @@
-"""Curves of a sweep: what a series of cases reached, over the values of a factor."""
+"""Curves of a sweep: the results of a series of cases over the values of a factor."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ RowT = TypeVar("RowT", bound=msgspec.Struct)
 
 @dataclass(frozen=True)
 class Series(Generic[CaseT]):
-    """Cases in the centre that differ by what is not asked for alone, such as the seed."""
+    """Cases in the centre that differ only in what is averaged over, such as the seed."""
 
     name: str
     color: str
@@ -34,7 +34,7 @@ class Series(Generic[CaseT]):
 
 
 class Sweep(Generic[CaseT, RowT]):
-    """The rows of all trials that were run, found by their cases."""
+    """The rows of all trials that were run, indexed by their cases."""
 
     def __init__(self, trials: Sequence[Done]) -> None:
         self._rows: Mapping[CaseT, RowT] = {
@@ -43,11 +43,11 @@ class Sweep(Generic[CaseT, RowT]):
 
     @property
     def is_empty(self) -> bool:
-        """Say if no trial succeeded."""
+        """Return whether no trial succeeded."""
         return not self._rows
 
     def rows(self, series: Series[CaseT], factor: Factor, value: Value) -> list[RowT]:
-        """Return what came of a series with a factor at a value, of each seed that was run."""
+        """Return the results of a series with a factor at a value, for each seed that was run."""
         cases = [varied(center, factor.key, value) for center in series.centers]
         return [self._rows[case] for case in cases if case in self._rows]
 
@@ -57,7 +57,7 @@ class Sweep(Generic[CaseT, RowT]):
         at: tuple[Factor, Value],
         metric: Callable[[RowT], float | None],
     ) -> Spread | None:
-        """Return how a figure is spread over the seeds, with a factor at a value."""
+        """Return the statistics of a figure over the seeds, with a factor at a value."""
         return spread_of(metric(row) for row in self.rows(series, *at))
 
     def curve(

@@ -1,4 +1,4 @@
-"""The study of tracking: until when an object is tracked, and how well."""
+"""The study of tracking: its limits and its precision."""
 
 from servoid_experiments.design import Study
 from servoid_experiments.tracking.plan import plan_tracking

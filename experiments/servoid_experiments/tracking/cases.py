@@ -1,4 +1,4 @@
-"""What is tried when tracking is studied, and what comes of a trial."""
+"""The cases and the results of the study of tracking."""
 
 from enum import Enum
 from typing import Annotated
@@ -14,18 +14,18 @@ Count = Annotated[int, Meta(ge=1)]
 
 
 class Eyes(Enum):
-    """Says where two fixed eyes look: both at where the object starts, or both straight ahead."""
+    """Where two fixed eyes look: both at the object's start position, or both straight ahead."""
 
     VERGED = "verged"
     PARALLEL = "parallel"
 
 
 class Scene(Struct, frozen=True, kw_only=True):
-    """A sequence of images of an object that moves before two eyes that do not.
+    """A sequence of images of a moving object before two fixed eyes.
 
-    `way_mm` is how far the object's middle goes from one image to the next; `light` is what the
-    light is multiplied by halfway; `hidden` is the share of the object that a board before it hides
-    for a while.
+    `way_mm` is the distance that the object's middle moves from one image to the next. `light` is
+    the factor by which the light changes halfway. `hidden` is the share of the object that a board
+    in front of it hides for a while.
     """
 
     object: str
@@ -43,7 +43,7 @@ class Scene(Struct, frozen=True, kw_only=True):
 class TrackCase(Struct, frozen=True, kw_only=True):
     """A scene, and how the object is tracked in it.
 
-    `generations` says nothing of the paper's method, which has one an image.
+    `generations` does not apply to the paper's method, which has one per image.
     """
 
     scene: Scene
@@ -54,11 +54,11 @@ class TrackCase(Struct, frozen=True, kw_only=True):
 
 
 class TrackRow(Struct, frozen=True, kw_only=True):
-    """What a tracker said in each image after the first, and how far off that was.
+    """What a tracker reported in each image after the first, and its errors.
 
-    The errors are those of the object's middle in mm, of its turn in degrees, and the mean distance
-    between its surface's true and tracked points, ADD, as a share of its diameter. The paper's
-    method is told the orientation, so its turn is no finding.
+    The errors are those of the object's middle in mm, of its rotation in degrees, and ADD, the mean
+    distance between its surface's true and tracked points, as a share of its diameter. The paper's
+    method is given the rotation, so its rotation error is not a result.
     """
 
     position_mm: list[float]

@@ -1,4 +1,4 @@
-"""Both trackers, led through a scene in the same way."""
+"""Runs both trackers through a scene in the same way."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from servoid_experiments.tracking.footage import RATE_HZ, Footage
 class Led:
     """A tracker that was started with the first images of a scene.
 
-    The paper's is told the orientation before each image, as it is in the paper's experiments.
+    The paper's is given the rotation before each image, as in the paper's experiments.
     """
 
     tracker: Tracker | OneStepTracker
@@ -21,7 +21,7 @@ class Led:
     object_from_body: Pose
 
     def step(self, index: int) -> Estimate:
-        """Give the tracker the images with a number, and return what it says of them."""
+        """Pass the images with an index to the tracker, and return its estimate."""
         if isinstance(self.tracker, OneStepTracker):
             told = self.footage.world_from_objects[index] @ self.object_from_body
             self.tracker.set_orientation(told.quaternion)
@@ -31,7 +31,7 @@ class Led:
 
 
 def start_follower(case: TrackCase, footage: Footage, body: Body) -> Led:
-    """Start the tracker of a case where the object truly is; `body` is in the object's frame.
+    """Start the tracker of a case at the object's true pose; `body` is in the object's frame.
 
     Raises:
         TrackError: the first images do not show the object, or a setting is out of range.

@@ -1,4 +1,4 @@
-"""Draws a scene: two eyes that stand still, an object that moves, a room behind it."""
+"""Renders a scene: two fixed eyes, a moving object, and a room behind it."""
 
 import math
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ from servoid_experiments.tracking.cases import Eyes, Scene
 from servoid_experiments.tracking.way import rest_from_objects
 
 RATE_HZ = 30.0
-_EYES = (-0.89, 0.0, 0.5)  # the middle between them; where the paper's hand starts
-AWAY = BEFORE_HAND[2]  # metres before them, where the object's path has its middle
+_EYES = (-0.89, 0.0, 0.5)  # the midpoint between them, at the start of the paper's hand
+AWAY = BEFORE_HAND[2]  # metres before them, at the middle of the object's path
 _BOARD = Box((0.3, 0.3, 0.002))
 _CARD = Finish(color=(0.45, 0.36, 0.27))
 _CLEAR = 0.01  # metres between the board and what it hides
-_BESIDE = 0.05  # metres that it reaches beyond an object that it hides whole
+_BESIDE = 0.05  # metres by which it exceeds an object that it hides completely
 _OUT_OF_SIGHT = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -50.0)
 _ROOMS = 2  # kept in memory, some 60 MB each
 
@@ -34,9 +34,9 @@ Images = tuple[Image, ...]
 
 @dataclass(frozen=True, eq=False)
 class Footage:
-    """What two eyes saw of a scene, image by image, and what was true.
+    """The images of two eyes, and the truth, image by image.
 
-    `masks` say where the object was in the first images, (H, W) uint8.
+    `masks` are those of the object in the first images, (H, W) uint8.
     """
 
     cameras: tuple[Camera, ...]
@@ -48,7 +48,7 @@ class Footage:
 
 @lru_cache(maxsize=2)
 def shoot(scene: Scene) -> Footage:
-    """Draw all images of a scene; the newest ones are kept, for trials that share them.
+    """Render all images of a scene; recent scenes are cached, for trials that share them.
 
     Raises:
         SimError: there is no such object.
@@ -78,7 +78,7 @@ def eyes_of(scene: Scene) -> tuple[Pose, ...]:
 
 
 def is_hidden(scene: Scene, index: int) -> bool:
-    """Say if the board stands before the object, as it does in the third quarter of a scene."""
+    """Return whether the board is before the object, as in the third quarter of a scene."""
     return scene.hidden > 0.0 and scene.images // 2 <= index < last_quarter(scene.images)
 
 
@@ -88,10 +88,10 @@ def last_quarter(images: int) -> int:
 
 
 class SetUp:
-    """The things of a scene, and where they are in each image."""
+    """The objects of a scene, and their poses in each image."""
 
     def __init__(self, scene: Scene, own: tuple[Visual, ...] | None = None) -> None:
-        """Set up a scene; `own` are the parts of its object, if it is none of the world's.
+        """Set up a scene; `own` are the parts of its object, if it is not one of the world's.
 
         Raises:
             SimError: there is no such object.
@@ -115,7 +115,7 @@ class SetUp:
         self._alone = Raycaster(self._own)
 
     def images(self, index: int) -> Images:
-        """Draw what both eyes see at one instant."""
+        """Render what both eyes see at one instant."""
         scene, halfway = self.scene, index >= self.scene.images // 2
         return tuple(
             self._drawer.image(
@@ -135,7 +135,7 @@ class SetUp:
         )
 
     def masks(self, index: int) -> tuple[NDArray[np.uint8], ...]:
-        """Return where the eyes see the object at one instant, (H, W) uint8, 255 inside."""
+        """Return the object's masks at one instant, (H, W) uint8, 255 inside."""
         places = self._places(index)
         masks = []
         for eye in self.eyes:
@@ -145,19 +145,19 @@ class SetUp:
         return tuple(masks)
 
     def depths(self, index: int) -> tuple[NDArray[np.float32], ...]:
-        """Return how far the eyes see at one instant, (H, W) float32, metres along z, no noise."""
+        """Return the eyes' depth images at one instant, (H, W) float32, metres, without noise."""
         places = self._places(index)
         return tuple(self._drawer.depth(self._lens, row_of(eye), places)[0] for eye in self.eyes)
 
     def _places(self, index: int) -> Floats:
-        """Return the poses (T, 7) of all things in the world."""
+        """Return the poses (T, 7) of all objects in the world."""
         board = self._board(index) if is_hidden(self.scene, index) else np.array(_OUT_OF_SIGHT)
         carriers = {OBJECT: row_of(self.world_from_objects[index]), BOARD: board}
         rows = [carriers.get(one.carrier, np.array(STILL)) for one in self._things]
         return compose(np.array(rows), self._carried)
 
     def _board(self, index: int) -> Floats:
-        """Put the board's edge where it hides the asked share from the middle between the eyes."""
+        """Place the board's edge so that it hides the given share as seen from between the eyes."""
         count = len(self._own)
         places = compose(row_of(self.world_from_objects[index]), self._carried[:count])
         depths, numbers = self._alone.depth(self._lens, row_of(_head()), places)
@@ -172,7 +172,7 @@ class SetUp:
 
 
 def _seen_room(seed: int, lens: Lens, eyes: tuple[Pose, ...]) -> tuple[Visual, ...]:
-    """Return what the eyes see of a room: all else costs time and shows nowhere."""
+    """Return the visible part of a room: the rest costs time without effect."""
     things, drawer = _room(seed)
     places = np.array([unit_row(one.carrier_from_visual) for one in things])
     seen = {
@@ -192,5 +192,5 @@ def _head() -> Pose:
 
 
 def _rest() -> Pose:
-    """Return the frame in the world in whose origin the object's path has its middle."""
+    """Return the frame in the world with the middle of the object's path at its origin."""
     return _head() @ pose_of((*STILL[:4], 0.0, 0.0, AWAY))

@@ -1,4 +1,4 @@
-"""The trials that the study of tracking consists of."""
+"""The trials of the study of tracking."""
 
 from dataclasses import dataclass
 
@@ -21,11 +21,12 @@ WAY, HIDDEN, BASELINE, GENERATIONS = (
 
 @dataclass(frozen=True)
 class Plan:
-    """What is varied, and the series of cases around which it is.
+    """The varied factors, and the series of cases in the centre.
 
-    `ours` and `paper` are the trackers in the centre. `thorough` is servoid's with as many
-    generations as the sweep knows, if these are more than the centre's, and meets other ways;
-    `other_eyes` are both trackers with eyes that look otherwise, and meet other baselines.
+    `ours` and `paper` are the trackers in the centre. `thorough` is servoid's with the largest
+    number of generations in the sweep, if that exceeds the centre's, and is varied in `way_mm`.
+    `other_eyes` are both trackers with the other direction of the eyes, and are varied in the
+    baseline.
     """
 
     factors: tuple[Factor, ...]
@@ -51,7 +52,7 @@ class Plan:
         return list(self.factors)
 
     def cases(self) -> list[TrackCase]:
-        """Return all cases; those that share a room follow each other, and so those of a scene."""
+        """Return all cases; those that share a room, and within it a scene, are consecutive."""
         found: list[TrackCase] = []
         for series in self.series:
             found += cases_around(series.centers, self.factors_of(series))
@@ -63,12 +64,12 @@ class Plan:
 
 
 def plan_tracking(settings: TrackStudySettings) -> list[Work]:
-    """Return the trials that the settings ask for."""
+    """Return the trials of the settings."""
     return [Work(TRACKING, layout(settings).cases())]
 
 
 def layout(settings: TrackStudySettings) -> Plan:
-    """Return what the settings vary, and around what."""
+    """Return the factors that the settings vary, and their centres."""
     ours = Series("servoid", DISTINCT[0], _centers(settings, Method.REGION))
     paper = Series("the paper's 1-step GA", DISTINCT[1], _centers(settings, Method.PAPER))
     own = ours.centers[0].generations
@@ -84,7 +85,7 @@ def layout(settings: TrackStudySettings) -> Plan:
 
 
 def factors_of(settings: TrackStudySettings) -> tuple[Factor, ...]:
-    """Return what is varied."""
+    """Return the varied factors."""
     sweep = settings.sweep
     every = (
         Factor(WAY, "way between images", "mm", sweep.way_mm, log=True),
@@ -128,6 +129,6 @@ def _centers(settings: TrackStudySettings, method: Method) -> tuple[TrackCase, .
 
 
 def _dashed(series: Series[TrackCase], key: str, value: int | Eyes) -> Series[TrackCase]:
-    """Return a series in which one field has another value."""
+    """Return a series with another value of one field."""
     centers = tuple(varied(center, key, value) for center in series.centers)
     return Series(series.name, series.color, centers, style="--")

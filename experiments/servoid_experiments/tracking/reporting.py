@@ -1,4 +1,4 @@
-"""What the study of tracking reports: success and errors over each factor."""
+"""Reports the study of tracking: success and errors over each factor."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -57,17 +57,17 @@ _PICTURES = {
 
 
 def position(row: TrackRow) -> list[float]:
-    """Return the errors in position."""
+    """Return the position errors."""
     return row.position_mm
 
 
 def turn(row: TrackRow) -> list[float]:
-    """Return the errors in turn."""
+    """Return the rotation errors."""
     return row.turn_deg
 
 
 def report_tracking(settings: TrackStudySettings, results: Results, folder: Path) -> list[Section]:
-    """Draw success, usual and large errors, their numbers beside them, and list all figures.
+    """Draw success, usual and large errors, with their numbers, and list all figures.
 
     Raises:
         OutputError: a file cannot be written.
@@ -126,7 +126,7 @@ def _every_figure(plan: Plan, sweep: Trials, near: float) -> Table:
 
 
 def success_panels(plan: Plan, sweep: Trials, near: float) -> list[Panel]:
-    """Return the panels of success; where a board hides the object, while it does and after it."""
+    """Return the panels of success; if a board hides the object, during and after that."""
 
     def whole(row: TrackRow) -> float:
         return success(row, near)
@@ -152,7 +152,7 @@ def success_panels(plan: Plan, sweep: Trials, near: float) -> list[Panel]:
 
 
 def error_panels(plan: Plan, sweep: Trials, percent: float) -> list[Panel]:
-    """Return the panels of a percentile of the error in position, of what is said to be tracked."""
+    """Return the panels of a percentile of the position error, of images reported as tracked."""
     metric = of_tracked(position, percent)
     return [_panel(plan, sweep, factor, metric) for factor in plan.factors]
 

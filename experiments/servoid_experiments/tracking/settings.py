@@ -1,4 +1,4 @@
-"""What the study of tracking varies, and around what: every number of it is written here."""
+"""The settings of the study of tracking: factors, centre, and every number."""
 
 from typing import Annotated
 
@@ -10,7 +10,7 @@ from servoid_experiments.tracking.cases import Count, Eyes, NotNegative, Positiv
 
 
 class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The case in the centre: what is not varied is as it is here."""
+    """The case in the centre: factors that are not varied have these values."""
 
     object: Annotated[str, Meta(description="a shipped object")] = "bottle"
     way_mm: Annotated[
@@ -44,7 +44,7 @@ class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The values that each factor takes, one factor at a time; none: it is not varied."""
+    """The values of each factor, which are varied one at a time; empty: not varied."""
 
     way_mm: Annotated[tuple[Positive, ...], Meta(description="mm an image")] = (
         2.0, 5.0, 20.0, 30.0, 45.0, 60.0, 90.0,
@@ -82,7 +82,7 @@ class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class TrackStudySettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How tracking is studied."""
+    """Settings of the study of tracking."""
 
     seeds: Annotated[
         int, Meta(ge=1, description="scenes a case: paths, rooms, noise and searches")

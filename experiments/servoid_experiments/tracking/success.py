@@ -1,4 +1,4 @@
-"""What a trial of tracking was worth."""
+"""Measures of success of a tracking trial."""
 
 from collections.abc import Callable
 
@@ -9,15 +9,15 @@ from servoid_experiments.tracking.footage import last_quarter
 
 
 def success(row: TrackRow, near: float) -> float:
-    """Return the share of the images in which the tracker says that it tracks, and is right.
+    """Return the share of images that the tracker reports as tracked, and rightly.
 
-    It is right where ADD is at most `near` diameters.
+    A pose is right if ADD is at most `near` diameters.
     """
     return float(np.mean(_right(row, near)))
 
 
 def wrongly_sure(row: TrackRow, near: float) -> float:
-    """Return the share of the images in which the tracker says that it tracks, and is not right."""
+    """Return the share of images that the tracker reports as tracked, but wrongly."""
     return float(np.mean(_tracking(row) & ~_right(row, near)))
 
 
@@ -28,14 +28,14 @@ def success_behind_board(row: TrackRow, near: float) -> float:
 
 
 def success_at_end(row: TrackRow, near: float) -> float:
-    """Return the success in the last quarter, after all that happens to the object."""
+    """Return the success in the last quarter, after all disturbances."""
     return float(np.mean(_right(row, near)[last_quarter(len(row.status) + 1) - 1 :]))
 
 
 def of_tracked(
     errors: Callable[[TrackRow], list[float]], percent: float
 ) -> Callable[[TrackRow], float | None]:
-    """Return what gives a percentile of an error over the images said to be tracked, if any."""
+    """Return a function for a percentile of an error over the images reported as tracked."""
 
     def percentile(row: TrackRow) -> float | None:
         known = np.array(errors(row))[_tracking(row)]

@@ -1,4 +1,4 @@
-"""A trial of tracking: a body is modelled, and followed through a scene."""
+"""A trial of tracking: models a body, and follows it through a scene."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -26,9 +26,9 @@ _POINTS = 400  # of an object's surface
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """A body of an object, in the object's frame, and the object's surface to judge poses by.
+    """A body of an object, in the object's frame, and points of its surface to evaluate poses.
 
-    `points` is (N, 3) in the object's frame and `diameter` the longest way through it.
+    `points` is (N, 3) in the object's frame and `diameter` is the object's largest extent.
     """
 
     body: Body
@@ -37,7 +37,7 @@ class Known:
 
 
 def run_track_case(case: TrackCase) -> TrackRow:
-    """Track an object through a scene, and say how far off each estimate was.
+    """Track an object through a scene, and return the error of each estimate.
 
     Raises:
         SimError: there is no such object.
@@ -83,7 +83,7 @@ def _add(row: TrackRow, estimate: Estimate, poses: tuple[Pose, Pose], known: Kno
 
 @lru_cache(maxsize=16)
 def known_of(name: str, ellipsoids: int) -> Known:
-    """Model an object from exact outlines all around it; its frame is the world.
+    """Model an object from exact outlines on all sides; its frame is the world.
 
     Raises:
         SimError: there is no such object.

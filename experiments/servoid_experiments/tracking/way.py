@@ -1,4 +1,4 @@
-"""The object's path in a scene: a smooth curve on which it goes equally far in each image."""
+"""The object's path in a scene: a smooth curve along which it moves equally far per image."""
 
 import numpy as np
 
@@ -8,15 +8,15 @@ from servoid.sim.world.events.paths import Random
 
 _REACH = 0.05  # metres, along each axis
 _PERIOD_S = 6.0
-_BEGIN_S = 2.0  # by when the path has got going by itself
+_BEGIN_S = 2.0  # after which the path's own start has ended
 _STEP_S = 0.02
-_SOFT = 6  # images in which the object gets going
+_SOFT = 6  # images over which the motion is faded in
 
 
 def rest_from_objects(seed: int, way: float, count: int) -> list[Pose]:
     """Return the object's pose in each image, in a frame in the middle of its path.
 
-    Its middle goes `way` metres along the curve from one image to the next, less in the first few.
+    Its middle moves `way` metres along the curve from one image to the next, less in the first few.
     """
     path = Random(seed, _REACH, _PERIOD_S)
     shares = np.minimum(np.arange(count) / _SOFT, 1.0)
@@ -25,7 +25,7 @@ def rest_from_objects(seed: int, way: float, count: int) -> list[Pose]:
 
 
 def _times(path: Random, gone: Floats) -> list[float]:
-    """Return when a path has gone so far (N,) along its curve."""
+    """Return the times at which a path has covered distances (N,) along its curve."""
     times, lengths = [_BEGIN_S], [0.0]
     place = np.array(path.start_from_object(_BEGIN_S).translation)
     while lengths[-1] < gone[-1]:

@@ -1,4 +1,4 @@
-"""Batches of trials: on one core, on all cores, or on a cluster, with the same numbers."""
+"""Batches of trials: on one core, on all cores, or on a cluster, with the same results."""
 
 from typing import TYPE_CHECKING
 

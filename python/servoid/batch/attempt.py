@@ -1,4 +1,4 @@
-"""One trial, wherever it runs: a case goes in as bytes, and what came of it comes out as bytes."""
+"""Runs one trial anywhere: takes a case as bytes, and returns its result as bytes."""
 
 import traceback
 from typing import Any
@@ -13,7 +13,7 @@ _NOTHING = msgspec.Raw(b"null")
 
 
 class _Entry(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What is kept of a trial."""
+    """What is stored of a trial."""
 
     case: msgspec.Raw
     row: msgspec.Raw = _NOTHING
@@ -22,7 +22,7 @@ class _Entry(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 def attempt(experiment: Experiment[Any, Any], case: bytes) -> bytes:
-    """Run one trial and return its entry; what goes wrong in it is told there, and not raised."""
+    """Run one trial and return its entry, which records an error instead of raising it."""
     try:
         row = experiment.run(msgspec.json.decode(case, type=experiment.case))
         content = msgspec.json.encode(row)
@@ -31,22 +31,22 @@ def attempt(experiment: Experiment[Any, Any], case: bytes) -> bytes:
         return failed(case, str(error))
     except (KeyboardInterrupt, SystemExit, GeneratorExit):
         raise
-    except BaseException as error:  # a panic of the core is no Exception
+    except BaseException as error:  # a panic of the core is not an Exception
         what = f"{type(error).__name__}: {error}"
         return failed(case, f"this is a bug in servoid: {what}", traceback.format_exc())
     return msgspec.json.encode(_Entry(msgspec.Raw(case), msgspec.Raw(content)))
 
 
 def failed(case: bytes, why: str, trace: str = "") -> bytes:
-    """Return the entry of a trial of which nothing came, and why."""
+    """Return the entry of a trial that failed, with the reason."""
     return msgspec.json.encode(_Entry(msgspec.Raw(case), failure=why, trace=trace))
 
 
 def read_entry(experiment: Experiment[Any, Any], entry: bytes) -> Done:
-    """Return what an entry says.
+    """Decode an entry.
 
     Raises:
-        StudyError: it is no entry of this experiment.
+        StudyError: it is not an entry of this experiment.
 
     """
     try:
@@ -55,6 +55,6 @@ def read_entry(experiment: Experiment[Any, Any], entry: bytes) -> Done:
         row = msgspec.json.decode(parts.row, type=experiment.row | None)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise StudyError(
-            f"this is no entry of the experiment {experiment.name}: {error}"
+            f"this is not an entry of the experiment {experiment.name}: {error}"
         ) from error
     return Done(case, row, parts.failure)

@@ -1,4 +1,4 @@
-"""Models every capture of a folder, in a batch."""
+"""Models every capture in a folder, as a batch."""
 
 import hashlib
 import os
@@ -25,7 +25,7 @@ Bounds = tuple[int | None, int | None, int | None]
 
 
 class CaptureCase(msgspec.Struct, frozen=True, kw_only=True):
-    """A capture, and how to model it; None leaves a choice to servoid."""
+    """A capture, and how to model it; None takes servoid's default."""
 
     capture: Annotated[str, Meta(description="folder, as all workers see it")]
     content: Annotated[str, Meta(description="names, sizes and times of its files, as a digest")]
@@ -49,7 +49,7 @@ class CaptureCase(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class CaptureRow(msgspec.Struct, frozen=True, kw_only=True):
-    """What came of a capture; `seconds` alone differs from run to run."""
+    """The result for a capture; only `seconds` differs between runs."""
 
     ellipsoids: int
     fitness: float
@@ -104,7 +104,7 @@ CAPTURES = Experiment("captures", model_capture, CaptureCase, CaptureRow)
 
 @dataclass(frozen=True)
 class ModelledFolder:
-    """What came of a folder: trials by the captures' names, and folders that are no captures."""
+    """The results for a folder: trials by capture name, and folders that are not captures."""
 
     trials: dict[str, Done]
     passed_over: tuple[str, ...]
@@ -118,13 +118,13 @@ def model_folder(
     workers: Workers | None = None,
     watch: Watch | None = None,
 ) -> ModelledFolder:
-    """Model each capture that lies in a folder as `case` says, whose own capture does not matter.
+    """Model each capture in a folder with the settings of `case`, whose own capture is ignored.
 
-    `out` gets `NAME.json` for each, `captures.parquet`, and `trials`, from which it goes on if it
-    is broken off; a capture whose files have changed is modelled again.
+    `out` receives `NAME.json` for each capture, `captures.parquet`, and `trials`, from which an
+    interrupted batch resumes. A capture whose files have changed is modelled again.
 
     Raises:
-        StudyError: there is no such folder, or no capture in it.
+        StudyError: the folder does not exist, or contains no capture.
         OutputError: `out` cannot be written.
 
     """
@@ -135,7 +135,7 @@ def model_folder(
     captures = [path for path in inside if is_capture(path)]
     if not captures:
         raise StudyError(
-            f"no folder in {place} is a capture; for a single capture leave --each out"
+            f"no folder in {place} is a capture; to model a single capture, leave --each out"
         )
     check_folder(Path(out))
     cases = [
@@ -153,13 +153,13 @@ def model_folder(
 
 
 def _content(folder: Path) -> str:
-    """Return a digest that changes when a file in a folder does."""
+    """Return a digest that changes when a file in the folder changes."""
     digest = hashlib.sha256()
     for root, folders, names in os.walk(folder):
         folders.sort()
         for name in sorted(names):
             path = Path(root) / name
-            about = path.stat() if path.exists() else path.lstat()  # a link may lead nowhere
+            about = path.stat() if path.exists() else path.lstat()  # a link may be broken
             line = f"{path.relative_to(folder)} {about.st_size} {about.st_mtime_ns}\n"
             digest.update(line.encode(errors="surrogateescape"))
     return digest.hexdigest()[:24]

@@ -1,4 +1,4 @@
-"""Trials on a Dask cluster, and so also on Slurm, Kubernetes or whatever Dask is deployed to."""
+"""Runs trials on a Dask cluster, and so on Slurm, Kubernetes or wherever Dask is deployed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,8 +21,8 @@ _WORKERS_S = 60.0
 class Cluster:
     """Runs trials on the workers of a Dask scheduler at an address, such as `tcp://host:8786`.
 
-    Each worker needs the same version of servoid. Trials of a worker that dies are run again by
-    others; Dask gives up on one at which several workers died, and it is recorded as failed.
+    Each worker needs the same version of servoid. Trials of a worker that dies are run again on
+    others. If several workers died at one trial, Dask gives up on it, and it is recorded as failed.
     """
 
     address: str
@@ -37,8 +37,9 @@ class Cluster:
 
         Raises:
             MissingExtraError: Dask is not installed.
-            StudyError: the scheduler does not answer, has no workers, or they have another servoid;
-                or it was lost midway.
+            StudyError: the scheduler does not answer or is lost midway, has no workers, or they
+                have
+                another version of servoid.
 
         """
         if find_spec("distributed") is None:
@@ -57,10 +58,10 @@ class Cluster:
 
 
 def _entry(future: "Future[bytes]", task: Task, address: str) -> bytes:
-    """Return what came of a task that has ended.
+    """Return the entry of a task that has ended.
 
     Raises:
-        StudyError: nobody knows, as the scheduler was lost.
+        StudyError: the result is unknown, as the scheduler was lost.
 
     """
     from distributed import CancelledError
@@ -71,8 +72,8 @@ def _entry(future: "Future[bytes]", task: Task, address: str) -> bytes:
             return future.result()
     except (CancelledError, OSError) as lost:
         raise StudyError(
-            f"the Dask scheduler at {address} was lost ({_line(lost)}); what is done is kept: "
-            "start the scheduler again, and the same command goes on from there"
+            f"the Dask scheduler at {address} was lost ({_line(lost)}); finished trials are kept: "
+            "start the scheduler again, and rerun the same command to resume"
         ) from lost
     return failed(task.case, f"the cluster gave it up: {error}")
 
@@ -90,12 +91,12 @@ def _connected(address: str) -> "Client":
 
 
 def _check_workers(client: "Client", address: str) -> None:
-    """Check that somebody works there, with this version of servoid."""
+    """Check that there are workers, and that they have this version of servoid."""
     try:
         client.wait_for_workers(1, timeout=_WORKERS_S)
     except TimeoutError as error:
         raise StudyError(
-            f"the Dask scheduler at {address} got no worker in {_WORKERS_S:.0f} s; start some "
+            f"the Dask scheduler at {address} had no worker after {_WORKERS_S:.0f} s; start some "
             f"with 'dask worker {address} --nthreads 1'"
         ) from error
     versions: Any = client.run(_version, on_error="return")
@@ -109,7 +110,7 @@ def _check_workers(client: "Client", address: str) -> None:
 
 
 def _version() -> str:
-    """Return the version of servoid where this runs."""
+    """Return the version of servoid in the process that runs this."""
     return __version__
 
 

@@ -1,4 +1,4 @@
-"""What is tried in a batch: a pure function from a case to what came of it."""
+"""What a batch runs: a pure function from a case to a row of results."""
 
 import hashlib
 import re
@@ -21,11 +21,11 @@ RowT = TypeVar("RowT", bound=msgspec.Struct)
 class Experiment(Generic[CaseT, RowT]):
     """A kind of trial.
 
-    `run` is a function at the top of a module. Its case holds all that matters, the seed too, so
-    that the same case gives the same row on any machine, in any order. Cases and rows are frozen
-    msgspec structs of numbers, texts, truth values, and lists or structs of these. `version` goes
-    up when the same case no longer gives the same row: older results are not taken for new ones,
-    nor those of another version of servoid.
+    `run` is a function at the top level of a module. Its case contains everything that affects the
+    result, including the seed, so that the same case gives the same row on any machine, in any
+    order. Cases and rows are frozen msgspec structs of numbers, strings, booleans, and lists or
+    structs of these. Increase `version` when the same case no longer gives the same row: results of
+    an older version, or of another version of servoid, are not reused.
     """
 
     name: str
@@ -35,24 +35,24 @@ class Experiment(Generic[CaseT, RowT]):
     version: int = 1
 
     def __post_init__(self) -> None:
-        """Check that its tables can be named, and that other processes can find the function.
+        """Check that its tables can be named, and that other processes can import the function.
 
         Raises:
-            StudyError: the name is no plain word, or the function stands inside another one.
+            StudyError: the name is not a plain word, or the function is defined inside another one.
 
         """
         if not _NAME.fullmatch(self.name):
             raise StudyError(
-                f"'{self.name}' cannot name an experiment; choose small letters, digits, _ and ."
+                f"'{self.name}' cannot name an experiment; use lowercase letters, digits, _ and ."
             )
         if "<" in self.run.__qualname__:
             raise StudyError(
                 f"the experiment '{self.name}' runs {self.run.__qualname__}, which no other "
-                "process can find; define it at the top of a module"
+                "process can import; define it at the top level of a module"
             )
 
     def key(self, case: CaseT) -> str:
-        """Return a name for a case that no other case of any experiment has."""
+        """Return a name for a case that is unique among the cases of all experiments."""
         about = [__version__, self.name, self.version, msgspec.to_builtins(case)]
         content = msgspec.json.encode(about)
         return hashlib.sha256(content).hexdigest()[:24]

@@ -1,4 +1,4 @@
-"""Processes for trials that end when they are no longer wanted."""
+"""Processes for trials, which end when they are no longer needed."""
 
 import os
 import signal
@@ -13,25 +13,25 @@ Submit = Callable[..., Future[Any]]
 
 
 class Held(Protocol):
-    """The end of a pipe that hears when nobody holds the other end any more."""
+    """The read end of a pipe, which becomes readable when the other end is closed."""
 
     def poll(self, timeout: float | None, /) -> bool:
-        """Wait for that."""
+        """Wait until the other end is closed."""
         ...
 
 
 @contextmanager
 def process_pool(count: int) -> Iterator[Submit]:
-    """Start `count` processes, each on one core; the block gives them work by what it gets.
+    """Start `count` processes, each on one core; yields the function that submits work to them.
 
-    If the block is broken off they end at once, whatever they do; so they do if this process dies.
+    If the block is interrupted, or if this process dies, they end at once, whatever they are doing.
     """
     context = get_context("spawn")
     held, hold = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(count, context, initializer=_begin, initargs=(held,))
 
     def submit(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        with _no_interrupt():  # a process may be started for it
+        with _no_interrupt():  # submitting may start a process
             return pool.submit(function, *arguments)
 
     try:
@@ -45,7 +45,7 @@ def process_pool(count: int) -> Iterator[Submit]:
 
 @contextmanager
 def _no_interrupt() -> Iterator[None]:
-    """Let processes that are started within never hear of Ctrl-C; this process hears it after."""
+    """Start child processes that ignore Ctrl-C; this process handles it when the block ends."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -59,9 +59,9 @@ def _no_interrupt() -> Iterator[None]:
 
 @contextmanager
 def _put_off() -> Iterator[None]:
-    """Put a Ctrl-C off until the block ends, also one that another thread takes in."""
+    """Delay Ctrl-C until the block ends, also where another thread receives it."""
     if threading.current_thread() is not threading.main_thread():
-        yield  # where Python never interrupts
+        yield  # Python never interrupts such a thread
         return
     came: list[int] = []
     handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
@@ -74,9 +74,9 @@ def _put_off() -> Iterator[None]:
 
 
 def _begin(held: Held) -> None:
-    """Prepare a trial's process: it has one core, as there are as many processes as cores."""
+    """Prepare a trial's process: it uses one core, as there are as many processes as cores."""
     threading.Thread(target=_end_with, args=(held,), daemon=True).start()
-    # Read when the first threads start, which is after this.
+    # The core reads this when it starts its first threads, which is later.
     os.environ["RAYON_NUM_THREADS"] = "1"
     import cv2
 
@@ -84,6 +84,6 @@ def _begin(held: Held) -> None:
 
 
 def _end_with(held: Held) -> None:
-    """End this process when nobody holds the other end of the pipe."""
+    """End this process when the other end of the pipe is closed."""
     held.poll(None)
     os._exit(1)

@@ -1,4 +1,4 @@
-"""Runs a batch: what is done already is recalled, all else is run, kept, and put into tables."""
+"""Runs a batch: reuses finished trials, runs and stores the rest, and writes the tables."""
 
 import random
 import time
@@ -15,14 +15,14 @@ from servoid.batch.work import Done, Results, Work
 from servoid.batch.workers import InProcess, Task, Workers
 from servoid.errors import StudyError
 
-_SHUFFLE = 5489  # any number: long and short trials shall not come in blocks
+_SHUFFLE = 5489  # any number: mixes long and short trials
 
 
 @dataclass(frozen=True)
 class BatchProgress:
-    """How far a batch is: trials done and failed of all, and the seconds that are left, if known.
+    """The progress of a batch: trials done, failed and in total, and the seconds left, if known.
 
-    `recalled` of those done were done before.
+    `recalled` counts the trials that were done before.
     """
 
     done: int
@@ -33,7 +33,7 @@ class BatchProgress:
 
 
 Watch = Callable[[BatchProgress], None]
-_Where = tuple[int, int]  # a work and a case of it, by their numbers
+_Where = tuple[int, int]  # the index of a work and of a case in it
 
 
 def run_batch(
@@ -44,13 +44,12 @@ def run_batch(
 ) -> Results:
     """Run all trials that are not done yet, and write a table for each experiment.
 
-    A trial that fails is recorded with what went wrong, and tried again when the batch is run
-    again. The results do not depend on the order in which trials end, nor on how many workers
-    there are. `folder` gets `EXPERIMENT.parquet`, and `trials`, from which a batch goes on that was
-    broken off.
+    A failed trial is recorded with its error, and tried again when the batch is run again. The
+    results depend neither on the order in which trials end nor on the number of workers. `folder`
+    receives `EXPERIMENT.parquet`, and `trials`, from which an interrupted batch resumes.
 
     Raises:
-        StudyError: two works have one experiment's name, or nothing can be run by the workers.
+        StudyError: two works share an experiment's name, or the workers cannot run anything.
         MissingExtraError: Parquet or the cluster needs a library that is not installed.
         OutputError: the folder cannot be written.
 
@@ -82,7 +81,7 @@ def _run(
     workers: Workers,
     watch: Watch | None,
 ) -> None:
-    """Run what was not found, keep it, and put it in."""
+    """Run the missing trials, store their entries, and add them to `found`."""
     missing = _missing(works, found)
     places = sorted(missing.values())
     random.Random(_SHUFFLE).shuffle(places)
@@ -92,7 +91,7 @@ def _run(
     tell = watch or (lambda _: None)
     tell(BatchProgress(recalled, 0, len(found), recalled, None))
     began = time.monotonic()
-    # Closed when the caller breaks off, so that nothing goes on working for nobody.
+    # Closing ends the workers when the caller stops early.
     with closing(workers.entries(tasks)) as entries:
         for index, entry in entries:
             number, place = places[index][0]
@@ -105,7 +104,7 @@ def _run(
 
 
 def _missing(works: Sequence[Work], found: dict[_Where, Done | None]) -> dict[str, list[_Where]]:
-    """Gather the places of what was not found; equal cases are one trial."""
+    """Collect the trials that are missing; equal cases share one trial."""
     places: dict[str, list[_Where]] = {}
     for where, done in found.items():
         if done is None:
@@ -122,7 +121,7 @@ def _task(works: Sequence[Work], index: int, where: _Where) -> Task:
         msgspec.json.decode(content, type=experiment.case)
     except msgspec.ValidationError as error:
         raise StudyError(
-            f"a case of the experiment {experiment.name} does not hold what it should: {error}; "
+            f"a case of the experiment {experiment.name} does not match its type: {error}; "
             "numbers must be finite"
         ) from error
     return Task(index, experiment, content)
@@ -132,4 +131,4 @@ def _check_names(works: Sequence[Work]) -> None:
     names = [work.experiment.name for work in works]
     for name in names:
         if names.count(name) > 1:
-            raise StudyError(f"two works have the experiment '{name}'; join their cases")
+            raise StudyError(f"two works have the experiment '{name}'; merge their cases into one")

@@ -1,4 +1,4 @@
-"""What was done in a batch, kept so that it is not done again."""
+"""Stores finished trials of a batch, so that they are not run again."""
 
 from pathlib import Path
 from typing import Any
@@ -17,37 +17,37 @@ _TRIALS = "trials"
 
 
 class Store:
-    """A folder with a file for each trial that has ended, `trials/EXPERIMENT/KEY.json`.
+    """A folder with a file for each finished trial, `trials/EXPERIMENT/KEY.json`.
 
-    A file is written whole or not at all, so a batch that was broken off goes on where it was.
+    Files are written atomically, so an interrupted batch can resume.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     def open(self, experiment: Experiment[Any, Any]) -> None:
-        """Make the folders of an experiment.
+        """Create the folders of an experiment.
 
         Raises:
-            OutputError: they cannot be made.
+            OutputError: they cannot be created.
 
         """
         for folder in (self.folder, self.folder / _TRIALS, self._place(experiment)):
             make_folder(folder)
 
     def recall(self, experiment: Experiment[Any, Any], case: msgspec.Struct) -> Done | None:
-        """Return what came of a case; None if it was not run, failed, or cannot be read."""
+        """Return the stored trial of a case; None if it was not run, failed, or cannot be read."""
         path = self._file(experiment, case)
         if not path.is_file():
             return None
         try:
             done = read_entry(experiment, read_bytes(path, StudyError, TRIAL_FILE))
         except StudyError:
-            return None  # a trial of which the file is damaged is run again
+            return None  # a trial with a damaged file is run again
         return done if done.row is not None and done.case == case else None
 
     def keep(self, experiment: Experiment[Any, Any], case: msgspec.Struct, entry: bytes) -> Done:
-        """Write what came of a case, and return it.
+        """Store the entry of a case, and return the decoded trial.
 
         Raises:
             OutputError: it cannot be written.

@@ -1,4 +1,4 @@
-"""Results of an experiment as a Parquet table, with a schema that comes from its structs."""
+"""Writes results of an experiment to a Parquet table, with a schema derived from its structs."""
 
 import types
 from collections.abc import Sequence
@@ -36,10 +36,10 @@ def check_tables() -> None:
 
 
 def write_table(experiment: Experiment[Any, Any], trials: Sequence[Done], path: Path) -> None:
-    """Write one line a trial, in their order.
+    """Write one row per trial, in order.
 
-    The case's fields are columns `case.FIELD`, structs in it `case.STRUCT.FIELD`; the row's are
-    named as they are, and null where the trial failed; `failure` says why.
+    The case's fields become columns `case.FIELD`, those of structs in it `case.STRUCT.FIELD`. The
+    row's fields keep their names and are null where the trial failed; `failure` gives the reason.
 
     Raises:
         OutputError: the file cannot be written.
@@ -71,7 +71,7 @@ def write_table(experiment: Experiment[Any, Any], trials: Sequence[Done], path: 
 
 
 def _leaves(struct: Any, at: tuple[str, ...] = ()) -> list[tuple[str, tuple[str, ...], Any]]:
-    """List the columns of a struct: a name, where the value is, and its type."""
+    """List the columns of a struct: a name, the path to the value, and its type."""
     found = []
     for field in msgspec.structs.fields(struct):
         place = (*at, field.encode_name)
@@ -91,7 +91,7 @@ def _value(content: Any, at: tuple[str, ...]) -> Any:
 
 
 def _field(name: str, kind: Any) -> "pyarrow.Field":
-    """Return the column of a field; what the field's type says of it goes along."""
+    """Return the column of a field, with the metadata of the field's type."""
     import pyarrow
 
     said = [part.description for part in get_args(kind)[1:] if isinstance(part, Meta)]
@@ -125,4 +125,4 @@ def _kind(name: str, kind: Any) -> "pyarrow.DataType":
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
         inside = msgspec.structs.fields(kind)
         return pyarrow.struct([_field(one.encode_name, one.type) for one in inside])
-    raise StudyError(f"the column {name} would hold {kind}, which a table cannot")
+    raise StudyError(f"the column {name} has the type {kind}, which a table cannot store")

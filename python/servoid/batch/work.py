@@ -1,4 +1,4 @@
-"""What is to be tried, and what came of it."""
+"""The trials to run, and their results."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from servoid.batch.experiment import Experiment
 
 @dataclass(frozen=True)
 class Work:
-    """An experiment and the cases that it is to be run for."""
+    """An experiment and the cases to run it on."""
 
     experiment: Experiment[Any, Any]
     cases: Sequence[Any]
@@ -17,7 +17,7 @@ class Work:
 
 @dataclass(frozen=True)
 class Done:
-    """A trial that was run: its row, or else what went wrong, as a sentence."""
+    """A finished trial: its row, or else a message that gives the reason for its failure."""
 
     case: Any
     row: Any | None
@@ -25,4 +25,4 @@ class Done:
 
 
 Results = Mapping[str, Sequence[Done]]
-"""What came of the trials, by the experiment's name, in the order of the cases."""
+"""The finished trials by the experiment's name, in the order of the cases."""

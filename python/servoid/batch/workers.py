@@ -1,4 +1,4 @@
-"""Where trials run: in this process, in processes of this machine, or on a cluster."""
+"""Runs trials in this process, in processes of this machine, or on a cluster."""
 
 import os
 from collections.abc import Generator, Iterator, Sequence
@@ -12,13 +12,13 @@ from servoid.batch.experiment import Experiment
 from servoid.batch.pool import process_pool
 from servoid.errors import StudyError
 
-_ATTEMPTS = 3  # deaths of its process after which a trial is the one to blame
-_AHEAD = 2  # trials a process has waiting, so that it never idles
+_ATTEMPTS = 3  # deaths of its process after which a trial counts as failed
+_AHEAD = 2  # queued trials for each process, so that it never idles
 
 
 @dataclass(frozen=True)
 class Task:
-    """A trial to run, and its place in the order of the batch."""
+    """A trial to run, and its index in the batch."""
 
     place: int
     experiment: Experiment[Any, Any]
@@ -26,7 +26,7 @@ class Task:
 
 
 Entries = Generator[tuple[int, bytes], None, None]
-"""The place of each task with its entry."""
+"""Pairs of a task's index and its entry."""
 
 
 class Workers(Protocol):
@@ -34,14 +34,14 @@ class Workers(Protocol):
 
     @property
     def words(self) -> str:
-        """Return where trials run, such as `2 processes`."""
+        """Describe where trials run, such as `2 processes`."""
         ...
 
     def entries(self, tasks: Sequence[Task]) -> Entries:
-        """Run tasks and yield the place of each with its entry, in the order in which they end.
+        """Run tasks and yield the index of each with its entry, in the order in which they end.
 
         Raises:
-            StudyError: nothing can be run there.
+            StudyError: no trial can run there.
 
         """
         ...
@@ -53,7 +53,7 @@ class InProcess:
 
     @property
     def words(self) -> str:
-        """Return where trials run."""
+        """Describe where trials run."""
         return "this process"
 
     def entries(self, tasks: Sequence[Task]) -> Entries:
@@ -70,20 +70,21 @@ class Processes:
 
     @property
     def words(self) -> str:
-        """Return where trials run."""
+        """Describe where trials run."""
         return "1 process" if self.number == 1 else f"{self.number} processes"
 
     @property
     def number(self) -> int:
-        """Return how many processes there are."""
+        """Return the number of processes."""
         return self.count or available_cores()
 
     def entries(self, tasks: Sequence[Task]) -> Entries:
-        """Run tasks; one whose process dies is tried again, and again alone before it is blamed."""
+        """Run tasks; one whose process dies is retried, then retried alone before it fails."""
         deaths = dict.fromkeys((task.place for task in tasks), 0)
         left = {task.place: task for task in tasks}
         while left:
-            # What died beside others may be innocent, so it goes alone from then on.
+            # A task whose process died beside others may not be the cause, so it runs alone from
+            # then on.
             alone = [task for task in left.values() if deaths[task.place] > 0]
             together = [task for task in left.values() if deaths[task.place] == 0]
             chosen, number = (together, self.number) if together else (alone[:1], 1)
@@ -98,7 +99,7 @@ class Processes:
                     yield place, failed(task.case, f"its process died {_ATTEMPTS} times")
 
     def _round(self, tasks: Sequence[Task], number: int) -> Iterator[tuple[int, bytes | None]]:
-        """Run tasks until all are done or a process dies; None is said of those it may have hit."""
+        """Run tasks until all are done or a process dies; yield None for tasks that may be lost."""
         waiting = list(reversed(tasks))
         running: dict[Future[bytes], int] = {}
         try:
@@ -121,23 +122,23 @@ class Processes:
 
 
 def available_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
 
 
 def workers_for(processes: int | None, cluster: str | None) -> Workers:
-    """Choose where to run: on a cluster, in so many processes, or in one for each core.
+    """Choose where to run: on a cluster, in a number of processes, or in one per core.
 
     Raises:
-        StudyError: both are asked for.
+        StudyError: both are given.
 
     """
     if cluster is not None:
         if processes is not None:
             raise StudyError(
-                f"{processes} processes and the cluster {cluster} are both asked for; a cluster "
-                "has its own, so leave one of the two out"
+                f"{processes} processes and the cluster {cluster} are both given; a cluster "
+                "has its own processes, so leave one of the two out"
             )
         from servoid.batch.cluster import Cluster
 

@@ -1,4 +1,4 @@
-"""Cameras and images: lenses, the ideal pinhole cameras that stand for them, pictures, depth."""
+"""Cameras and images: lenses, undistorted pinhole cameras, images, masks and depth images."""
 
 from servoid._native import Camera, Lens
 from servoid.camera.depth import read_depth

@@ -16,7 +16,7 @@ _KINDS = "16-bit PNG, 16-bit or float32 TIFF, or .npy"
 
 
 class StoredDepth(Protocol):
-    """One depth image that lies in no file of its own, and knows its unit."""
+    """One depth image that is not a file of its own and that knows its unit."""
 
     def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.float32]:
         """Read the depth image of (width, height) pixels as `read_depth` does."""
@@ -29,11 +29,11 @@ def read_depth(
     """Read a depth image of (width, height) pixels whose unit is `scale_m` metres.
 
     Returns (H, W) float32, metres along z; NaN where the file has zero, a negative number, NaN or
-    infinity. Shrunk `by` more than 1, each pixel is one of the file's: means of depths lie where
-    nothing is.
+    infinity. If the image is shrunk (`by` greater than 1), each pixel takes one value of the file:
+    the mean of several depths would lie where there is no surface.
 
     Raises:
-        ImageError: the file is missing, cut short or of another size, or it is no depth image.
+        ImageError: the file is missing, cut short, of another size, or not a depth image.
 
     """
     values = _read_npy(path, size_px) if path.suffix == ".npy" else _read_image(path, size_px)
@@ -41,7 +41,7 @@ def read_depth(
 
 
 def to_metres(values: NDArray[np.generic], scale_m: float, by: int = 1) -> NDArray[np.float32]:
-    """Turn the numbers of a depth image, (H, W), into metres as `read_depth` does."""
+    """Convert the values of a depth image, (H, W), to metres as `read_depth` does."""
     if by > 1:
         rows, columns = values.shape[0] // by, values.shape[1] // by
         values = values[by // 2 :: by, by // 2 :: by][:rows, :columns]
@@ -78,7 +78,7 @@ def _read_npy(path: Path, size_px: tuple[int, int]) -> NDArray[np.generic]:
         )
         shape, in_columns, kind = read_header(stream)
     except Exception as reason:
-        # NumPy reads the header as an expression of Python, so anything may go wrong in it.
+        # NumPy evaluates the header as a Python expression, so it may raise any exception.
         raise ImageError(f"{path} is no .npy file, or its header is damaged") from reason
     if len(shape) == 3 and shape[2] == 1:
         shape = shape[:2]

@@ -1,4 +1,4 @@
-"""Reads what cameras note in the EXIF data of JPEG files: how they were held, and the lens."""
+"""Reads the orientation and the focal length from the EXIF data of JPEG files."""
 
 import struct
 from dataclasses import dataclass
@@ -13,9 +13,10 @@ _FILM_WIDTH_MM = 36.0
 
 @dataclass(frozen=True)
 class Exif:
-    """What is noted: `orientation` is 1 for an image as it is stored, up to 8 for others.
+    """The EXIF fields that servoid uses.
 
-    `focal_35mm` is the focal length that gives the same picture on film 36 mm wide, in mm.
+    `orientation` is the EXIF code, 1 (upright as stored) to 8. `focal_35mm` is the focal length
+    that gives the same image on film 36 mm wide, in mm.
     """
 
     orientation: int = _UPRIGHT
@@ -23,23 +24,23 @@ class Exif:
 
     @property
     def is_turned(self) -> bool:
-        """Say if the image is to be turned or mirrored before it is shown."""
+        """Return whether the image must be rotated or mirrored before it is shown."""
         return self.orientation != _UPRIGHT
 
     @property
     def is_on_side(self) -> bool:
-        """Say if width and height change places when it is turned."""
+        """Return whether the rotation to upright swaps width and height."""
         return self.orientation > _LAST_UPSIDE
 
     def focal_px(self, size_px: tuple[int, int]) -> float | None:
-        """Return the focal length in pixels of images of (width, height); good to some per cent."""
+        """Return the focal length in pixels for images of (width, height), within a few %."""
         if not self.focal_35mm:
             return None
         return self.focal_35mm / _FILM_WIDTH_MM * max(size_px)
 
 
 def read_exif(data: bytes) -> Exif:
-    """Return what the EXIF data of a JPEG file's bytes says; of other files nothing is known."""
+    """Return the EXIF data in the bytes of a JPEG file; defaults if there is none."""
     try:
         block = _find(data)
         return Exif() if block is None else _parse(block)
@@ -76,7 +77,7 @@ def _parse(block: bytes) -> Exif:
 
 
 def _directory(block: bytes, order: str, at: int) -> dict[int, int]:
-    """Return the single whole numbers of a directory by their tags."""
+    """Return the entries of a directory that are a single integer, by tag."""
     (count,) = struct.unpack_from(order + "H", block, at)
     found: dict[int, int] = {}
     for index in range(count):

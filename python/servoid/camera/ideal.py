@@ -1,4 +1,4 @@
-"""The ideal pinhole camera that stands for a lens: its maps are made once and shared."""
+"""The undistorted pinhole camera of a lens: its pixel maps are computed once and shared."""
 
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -18,8 +18,9 @@ _KEPT = 8  # a map of a large image takes hundreds of megabytes
 class Ideal:
     """The pinhole camera that sees what a lens saw, without its distortion.
 
-    Views that share an `Ideal` share its maps. A fisheye lens sees more than a pinhole can, so its
-    pinhole looks at the object: `mask` says where that is, a file or (H, W) in the lens's pixels.
+    Views that share an `Ideal` share its maps. A fisheye lens sees more than a pinhole camera can,
+    so its pinhole camera looks at the object: `mask` gives the object's pixels in the lens's image,
+    as a file or as an array (H, W).
     """
 
     def __init__(
@@ -28,14 +29,14 @@ class Ideal:
         mask: Path | NDArray[np.uint8] | None = None,
         recorded: Recorded | None = None,
     ) -> None:
-        """Stand for a lens; `recorded` is how a mask's file is read, if not as the lens sees."""
+        """Take a lens; `recorded` is the size of a mask's file if it is not the lens's."""
         self.lens = lens
         self._recorded = recorded or Recorded(lens.size_px)
         self._mask = mask if needs_object(lens) else None
         self._lock = Lock()
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Say how to make a copy: its maps are made anew, and a lock cannot be copied."""
+        """Pickle only the inputs: the copy computes its maps again and has its own lock."""
         return Ideal, (self.lens, self._mask, self._recorded)
 
     @cached_property
@@ -45,12 +46,12 @@ class Ideal:
 
     @cached_property
     def lens_from_camera(self) -> Pose:
-        """Return how the pinhole camera is turned against the lens."""
+        """Return the rotation of the pinhole camera relative to the lens."""
         return self.maps().lens_from_camera
 
     def maps(self) -> Undistortion:
-        """Return what turns images of the lens into images of the pinhole camera."""
-        with self._lock:  # threads that ask at once wait for one answer
+        """Return the undistortion, which converts images of the lens to the pinhole camera."""
+        with self._lock:  # threads that ask at the same time share one computation
             return _maps(self)
 
     def _read(self, mask: Path) -> NDArray[np.uint8]:
@@ -64,14 +65,14 @@ class Ideal:
         else:
             place, mask = "the object", self._mask
         rows, columns = np.nonzero(mask)
-        if len(rows) == 0:  # joining the view with an empty mask says what is wrong
+        if len(rows) == 0:  # `CaptureView.view` reports the empty mask
             return undistortion(self.lens)
         with located(place):
             return undistortion(self.lens, np.stack([columns, rows], axis=1).astype(np.float64))
 
 
 def needs_object(lens: Lens) -> bool:
-    """Say if the pinhole camera of a lens depends on where the object is."""
+    """Return whether the pinhole camera of a lens depends on where the object is."""
     return lens.model == "kannala_brandt"
 
 

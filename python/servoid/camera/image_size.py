@@ -1,4 +1,4 @@
-"""Reads how large an image is from the first bytes of its file, before anything is decoded."""
+"""Reads an image's size from the first bytes of its file, before it is decoded."""
 
 import struct
 from pathlib import Path
@@ -9,17 +9,17 @@ from servoid.errors import ImageError
 
 PNG = b"\x89PNG\r\n\x1a\n"
 JPEG = b"\xff\xd8"
-"""What files begin with."""
+"""The first bytes of each file format."""
 
 _TIFF = {b"II*\0": "<", b"MM\0*": ">"}
 _TIFF_WIDTH, _TIFF_HEIGHT = 256, 257
 _TIFF_SHORT, _TIFF_LONG = 3, 4
 _START_BYTES = 1 << 16
-_JPEG_NO_SIZE = (0xC4, 0xC8, 0xCC)  # tables that are numbered like the headers of an image
+_JPEG_NO_SIZE = (0xC4, 0xC8, 0xCC)  # markers of tables, in the range of image headers
 
 
 def size_in_header(data: bytes) -> tuple[int, int] | None:
-    """Return (width, height) as a PNG, JPEG or TIFF file says; None for other data."""
+    """Return (width, height) from the header of a PNG, JPEG or TIFF file; None for other data."""
     try:
         if data.startswith(PNG):
             width, height = struct.unpack_from(">II", data, 16)
@@ -34,10 +34,10 @@ def size_in_header(data: bytes) -> tuple[int, int] | None:
 
 
 def read_image_size(path: Path) -> tuple[int, int]:
-    """Return (width, height) of an image file in pixels, as it is stored.
+    """Return (width, height) of an image file in pixels, as stored.
 
     Raises:
-        ImageError: the file is missing or no image.
+        ImageError: the file is missing or not an image.
 
     """
     check_regular(path, ImageError, IMAGE_FILE)
@@ -68,7 +68,7 @@ def _read_start(path: Path) -> bytes:
         with path.open("rb") as file:
             return file.read(_START_BYTES)
     except OSError:
-        return b""  # reading the whole file says why
+        return b""  # reading the whole file reports why
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int] | None:
@@ -77,7 +77,7 @@ def _jpeg_size(data: bytes) -> tuple[int, int] | None:
         lead, marker, length = struct.unpack_from(">BBH", data, at)
         if lead != 0xFF:
             return None
-        if marker == 0xFF:  # a filler before the marker
+        if marker == 0xFF:  # a fill byte before the marker
             at += 1
         elif 0xC0 <= marker <= 0xCF and marker not in _JPEG_NO_SIZE:
             height, width = struct.unpack_from(">HH", data, at + 5)

@@ -1,4 +1,4 @@
-"""Reads images and masks from files, whole or not at all."""
+"""Reads images and masks from files; a cut short file is an error."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ from servoid.errors import ImageError, MaskError
 if TYPE_CHECKING:
     import cv2
 
-_PNG_AROUND = 12  # length, kind and checksum of a chunk
+_PNG_AROUND = 12  # the length, type and checksum of a chunk
 _JPEG_START_OF_SCAN = 0xDA
 _WITH_ALPHA = 4  # channels
 _MOST_REDUCED = 8
@@ -25,7 +25,7 @@ _JPEG_END = b"\xff\xd9"
 
 @dataclass(frozen=True)
 class Recorded:
-    """How large images are in their files, and by how much they are shrunk as they are read."""
+    """The size of images in their files, and the factor by which they are shrunk when read."""
 
     size_px: tuple[int, int]
     by: int = 1
@@ -34,16 +34,16 @@ class Recorded:
 def read_image(
     path: Path, size_px: tuple[int, int], by: int = 1, *, upright: bool = False
 ) -> NDArray[np.uint8]:
-    """Read an image of (width, height) pixels as (H, W, 3) uint8 in RGB order, shrunk `by` so much.
+    """Read an image of (width, height) pixels as (H, W, 3) uint8 RGB, shrunk `by` a factor.
 
-    A turn that the file's EXIF data asks for is made if the image shall be `upright`, or where only
-    the turned image has that size: then the camera was calibrated with turned images.
+    The file's EXIF orientation is applied if `upright` is set, or if only the rotated image has
+    that size: the camera was then calibrated with rotated images.
 
     Raises:
-        ImageError: the file is missing, no image or cut short, or it has another size.
+        ImageError: the file is missing, cut short, of another size, or not an image.
 
     """
-    import cv2  # costs as much as the rest of the package, and help texts do not need it
+    import cv2  # takes as long to import as the rest of the package; help texts do not need it
 
     as_stored = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
     flags = cv2.IMREAD_COLOR if upright else as_stored
@@ -52,12 +52,12 @@ def read_image(
 
 
 def read_upright(path: Path) -> NDArray[np.uint8]:
-    """Read an image of any size as (H, W, 3) uint8 in RGB order, as people see it.
+    """Read an image of any size as (H, W, 3) uint8 in RGB order, upright.
 
-    It is turned as its EXIF data asks for, in which cameras note how they were held.
+    The EXIF orientation of the file is applied.
 
     Raises:
-        ImageError: the file is missing, no image or cut short.
+        ImageError: the file is missing, cut short or not an image.
 
     """
     import cv2
@@ -75,13 +75,13 @@ def read_upright(path: Path) -> NDArray[np.uint8]:
 def read_mask(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
     """Read a mask of (width, height) pixels as (H, W) uint8: 255 on the object, 0 elsewhere.
 
-    It is shrunk `by` so much, as `shrink_mask` does.
+    It is shrunk `by` a factor, as `shrink_mask` does.
 
-    A pixel belongs to the object if any of its colour channels, of any depth, is not zero;
-    transparency does not count.
+    A pixel belongs to the object if any of its colour channels, of any bit depth, is not zero; the
+    alpha channel is ignored.
 
     Raises:
-        MaskError: the file is missing, no image or cut short, or it has another size.
+        MaskError: the file is missing, cut short, of another size, or not an image.
 
     """
     import cv2
@@ -94,24 +94,24 @@ def read_mask(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.u
 
 
 def _check_alpha(path: Path, alpha: NDArray[np.generic]) -> None:
-    """Check that a mask without any colour does not hold the object in its transparency."""
+    """Check that a mask of zero colours does not store the object in its alpha channel."""
     if alpha.min() != alpha.max():
         raise MaskError(
-            f"{path}: the mask has no colour that is not zero, and the object is in its alpha "
-            "channel; write that as a grey image, such as with "
+            f"{path}: all colours of the mask are zero, and the object is in its alpha "
+            "channel; save that channel as a grey image, such as with "
             "'magick IN.png -alpha extract OUT.png'"
         )
 
 
 def shrink_mask(mask: NDArray[np.uint8], by: int) -> NDArray[np.uint8]:
-    """Shrink a mask, (H, W) uint8: 255 where at least half of the pixels are, 0 elsewhere."""
+    """Shrink a mask, (H, W) uint8: 255 where at least half of the pixels are set, 0 elsewhere."""
     if by == 1:
         return mask
     return (shrink(mask, by) > 127).astype(np.uint8) * np.uint8(255)
 
 
 def shrink(pixels: "cv2.typing.MatLike", by: int) -> "cv2.typing.MatLike":
-    """Shrink an image so that each pixel is the mean of `by` times `by`; a rest is cut off."""
+    """Shrink an image: each pixel is the mean of `by` x `by` pixels; the remainder is cut off."""
     if by == 1:
         return pixels
     import cv2
@@ -130,8 +130,8 @@ def decode(
 ) -> "cv2.typing.MatLike":
     """Decode an image file of (width, height) pixels with OpenCV's `flags`, or raise `error`.
 
-    Without `size_px` any size will do. It is shrunk `by` so much, a power of two. Where only the
-    image that EXIF data turns has that size, a turn is not ignored.
+    Without `size_px` any size is accepted. The image is shrunk `by` a power of two. The EXIF
+    orientation is applied where only the rotated image has that size.
     """
     return decode_bytes(read_bytes(path, error, IMAGE_FILE), str(path), flags, size_px, error, by)
 
@@ -144,7 +144,7 @@ def decode_bytes(
     error: type[ImageError] | type[MaskError],
     by: int = 1,
 ) -> "cv2.typing.MatLike":
-    """Decode the bytes of an image file as `decode` does; `place` names it in messages."""
+    """Decode the bytes of an image file as `decode` does; messages name it `place`."""
     import cv2
 
     as_stored = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
@@ -153,16 +153,16 @@ def decode_bytes(
     end = _end(data)
     if end is None:
         raise error(f"{place} is cut short: its end is missing; copy the file again")
-    data = data[:end]  # what follows may be a chunk of a PNG that claims to be long
+    data = data[:end]  # the rest may be a PNG chunk with a false, large length
     size = size_in_header(data)
-    if size is not None and size_px is not None:  # before a header that lies can ask for memory
+    if size is not None and size_px is not None:  # before a false header can allocate memory
         is_turnable = flags in (as_stored, cv2.IMREAD_COLOR)
         if size == size_px[::-1] != size_px and is_turnable:
             flags = cv2.IMREAD_COLOR
         else:
             check_size(place, size, size_px, error)
     try:
-        # A JPEG can be decoded at a half, a quarter or an eighth, which costs much less.
+        # A JPEG can be decoded at a half, a quarter or an eighth, which is much faster.
         reduced = min(by, _MOST_REDUCED) if size is not None and data.startswith(JPEG) else 1
         pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags | _reduction(reduced))
     except cv2.error as reason:
@@ -175,9 +175,9 @@ def decode_bytes(
     if reduced == 1:
         check_size(place, (width, height), size_px, error)
         return shrink(pixels, by)
-    if size is not None and (width < height) != (size_px[0] < size_px[1]):  # nothing turned it
+    if size is not None and (width < height) != (size_px[0] < size_px[1]):  # not rotated
         check_size(place, size, size_px, error)
-    # What is left over at the right and below is decoded, too.
+    # The decoder keeps the remainder at the right and bottom; cut it off.
     whole = pixels[: size_px[1] // reduced, : size_px[0] // reduced]
     return shrink(whole, by // reduced)
 
@@ -195,7 +195,7 @@ def check_size(
     size_px: tuple[int, int],
     error: type[ImageError] | type[MaskError],
 ) -> None:
-    """Check that an image is of its camera's size, or raise `error`."""
+    """Check that an image has its camera's size, or raise `error`."""
     if found != size_px:
         raise error(
             f"{path} is {found[0]}x{found[1]} pixels, but its camera has size_px = "
@@ -205,15 +205,15 @@ def check_size(
 
 
 def _end(data: bytes) -> int | None:
-    """Say where an image ends; None of a PNG or JPEG that misses its end.
+    """Return the offset at which an image ends; None for a PNG or JPEG whose end is missing.
 
-    Decoders fill what is missing without a word.
+    Decoders fill in missing data without an error.
     """
     if data.startswith(PNG):
         return _png_end(data)
     if not data.startswith(JPEG):
         return len(data)
-    # Segments come first, each with its length; a preview image among them has an end of its own.
+    # The segments come first, each with its length; an embedded preview has an end of its own.
     at = len(JPEG)
     while data[at : at + 1] == b"\xff" and data[at + 1 : at + 2] != bytes([_JPEG_START_OF_SCAN]):
         at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
@@ -221,9 +221,9 @@ def _end(data: bytes) -> int | None:
 
 
 def _png_end(data: bytes) -> int | None:
-    """Say where a PNG's last chunk ends; None if its chunks do not lead there within the file.
+    """Return the offset at which a PNG's last chunk ends; None if its chunks overrun the file.
 
-    OpenCV makes room for as many bytes as a chunk claims to have, before it looks for them.
+    OpenCV allocates as many bytes as a chunk claims to have before it reads them.
     """
     at = len(PNG)
     while at + _PNG_AROUND <= len(data):

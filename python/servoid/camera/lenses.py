@@ -1,11 +1,11 @@
-"""Makes lenses from the numbers that a file gives."""
+"""Makes lenses from the parameters in a file."""
 
 from collections.abc import Sequence
 
 from servoid._native import Lens
 from servoid.errors import CameraError, located
 
-# Larger numbers do not reach the core, which says how large an image may be.
+# The core cannot receive larger numbers; it checks the maximum size of an image itself.
 _LARGEST_SIDE_PX = 2**31 - 1
 
 
@@ -18,10 +18,10 @@ def make_lens(
     center_px: tuple[float, float],
     distortion: Sequence[float] = (),
 ) -> Lens:
-    """Make a lens; `place` says in messages where its numbers stand.
+    """Make a lens; messages name the source of its parameters by `place`.
 
     Raises:
-        CameraError: there is no such model, or no such lens.
+        CameraError: the model is unknown, or the parameters describe no lens.
 
     """
     if min(size_px) < 1 or max(size_px) > _LARGEST_SIDE_PX:

@@ -14,8 +14,8 @@ from servoid.camera.video import read_video_image
 class Picture:
     """One image on disk; `index` counts from 0 inside a video and is None for an image file.
 
-    `label` names the image where the name of its file does not tell it from others. With `upright`
-    it is turned as its file asks for, else only where it has its camera's size in no other way.
+    `label` names the image where the file name does not identify it. With `upright` the orientation
+    that the file states is applied; without, only where no other orientation has the camera's size.
     """
 
     path: Path
@@ -25,23 +25,23 @@ class Picture:
 
     @property
     def stem(self) -> str:
-        """Name the image without a suffix, as its mask is named: `0012` is image 12 of a video."""
+        """Return the name without a suffix, as the mask is named: `0012` is image 12 of a video."""
         if self.label is not None:
             return self.label
         return self.path.stem if self.index is None else f"{self.index:04}"
 
     @property
     def is_there(self) -> bool:
-        """Say if there is an image at all, which only one in memory can lack."""
+        """Return whether there is an image; only a view in memory can lack one."""
         return True
 
     @property
     def is_in_memory(self) -> bool:
-        """Say if the image is held already, so that nothing is read."""
+        """Return whether the pixels are in memory, so that nothing is read."""
         return False
 
     def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
-        """Read the image of (width, height) pixels: (H, W, 3) uint8, RGB, shrunk `by` so much.
+        """Read the image of (width, height) pixels: (H, W, 3) uint8, RGB, shrunk `by` a factor.
 
         Raises:
             ImageError: the file is missing, damaged or of another size.

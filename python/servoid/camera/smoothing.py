@@ -1,6 +1,6 @@
-"""Smooths pictures of floating numbers, with the same bits on every processor.
+"""Smooths arrays of floating-point numbers, with the same bits on every processor.
 
-OpenCV's own filter fuses products with sums where the processor can, and rounds otherwise there.
+OpenCV's own filter uses fused multiply-add where the processor has it, which rounds differently.
 """
 
 from typing import TypeVar
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from servoid.pose import exact
 
-_REACH = 4.0  # standard deviations; what lies beyond has no weight
-_BLOCK = 20_000  # numbers at a time, which stay near the processor
+_REACH = 4.0  # standard deviations; samples beyond have no weight
+_BLOCK = 20_000  # numbers at a time, which fit in the cache
 
 Real = TypeVar("Real", np.float32, np.float64)
 
 
 def gaussian(values: NDArray[Real], sigma_px: float) -> NDArray[Real]:
-    """Average (H, W) or (H, W, C) with Gaussian weights; beyond the edges it is mirrored."""
+    """Average (H, W) or (H, W, C) with Gaussian weights; the image is mirrored at its edges."""
     if values.size == 0:
         return values.copy()
     weights = _weights(sigma_px)
@@ -25,7 +25,7 @@ def gaussian(values: NDArray[Real], sigma_px: float) -> NDArray[Real]:
 
 
 def _weights(sigma_px: float) -> NDArray[np.float64]:
-    """Return the weights (R + 1,) of a pixel and of those at either side, which sum to 1."""
+    """Return the weights (R + 1,) of the centre and one side; those of both sides sum to 1."""
     away = np.arange(round(_REACH * sigma_px) + 1) / sigma_px
     weights = exact.exp(-0.5 * away * away)
     return weights / (2.0 * weights[1:].sum() + weights[0])
@@ -50,6 +50,6 @@ def _along(values: NDArray[Real], weights: NDArray[np.float64], axis: int) -> ND
 
 
 def _windows(wide: NDArray[Real], size: int, axis: int) -> list[NDArray[Real]]:
-    """Return all parts of a size along an axis, from the first to the last."""
+    """Return all windows of a size along an axis, from the first to the last."""
     starts = range(wide.shape[axis] - size + 1)
     return [wide[:, one : one + size] if axis else wide[one : one + size] for one in starts]

@@ -1,4 +1,4 @@
-"""Makes pictures of an ideal pinhole camera from those of a lens, so that outlines are ellipses."""
+"""Undistorts images: in an ideal pinhole camera, an ellipsoid's outline is an ellipse."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,16 +12,16 @@ from servoid.camera.ideal_camera import camera_along_the_axis, camera_towards, s
 from servoid.errors import ImageError, MaskError, ServoidError
 from servoid.pose import exact
 
-_LEAST_DEPTH = 1e-6  # Of a direction of length 1: below, it lies beside the lens.
+_LEAST_DEPTH = 1e-6  # Of a direction of length 1: below it, the ray does not point forward.
 
 
 @dataclass(frozen=True)
 class Undistortion:
-    """Makes the picture of an ideal pinhole camera from that of a lens; worked out once a lens.
+    """Converts images of a lens to an ideal pinhole camera; computed once for each lens.
 
-    `map_px`, (H, W, 2) float32, says where in the lens's picture each pixel of the ideal one lies.
-    It is None where the lens is a pinhole already: pictures then pass as they are. What the lens
-    does not see is 0 in every picture made here.
+    `map_px`, (H, W, 2) float32, is the position in the lens's image of each pixel of the ideal
+    image. It is None where the lens is a pinhole already: images then pass unchanged. Pixels that
+    the lens does not see are 0 in every result.
     """
 
     camera: Camera
@@ -30,7 +30,7 @@ class Undistortion:
     lens: Lens
 
     def image(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return the ideal picture of an image, (H, W) or (H, W, 3) uint8, between its pixels.
+        """Return the undistorted image, (H, W) or (H, W, 3) uint8, interpolated bilinearly.
 
         Raises:
             ImageError: the image has not the lens's size.
@@ -40,7 +40,7 @@ class Undistortion:
         return np.asarray(self._remapped(image, smooth=True), dtype=np.uint8)
 
     def mask(self, mask: NDArray[np.uint8] | NDArray[np.bool_]) -> NDArray[np.uint8]:
-        """Return the ideal picture of a mask, (H, W): 255 where the nearest pixel is not zero.
+        """Return the undistorted mask, (H, W): 255 where the nearest pixel is not zero.
 
         Raises:
             MaskError: the mask has not the lens's size.
@@ -51,11 +51,11 @@ class Undistortion:
         return np.asarray(self._remapped(full), dtype=np.uint8)
 
     def depth(self, depth: NDArray[np.floating]) -> NDArray[np.floating]:
-        """Return the ideal picture of a depth image, (H, W) float, in metres.
+        """Return the undistorted depth image, (H, W) float, in metres.
 
-        Depth along the lens's axis becomes depth along the ideal camera's: that of the very point
-        which the nearest pixel measured. Unknown depths, 0 or NaN, stay unknown, and what lies
-        beside or behind the lens has none.
+        Depth along the lens's axis is converted to depth along the ideal camera's axis, for the
+        point that the nearest pixel measured. Unknown depths, 0 or NaN, stay unknown. Points beside
+        or behind the lens have no depth.
 
         Raises:
             ImageError: the depth image has not the lens's size.
@@ -70,14 +70,14 @@ class Undistortion:
     def _remapped(self, pixels: NDArray[Any], smooth: bool = False) -> NDArray[Any]:
         if self.map_px is None:
             return pixels
-        import cv2  # costs as much as the rest of the package, and help texts do not need it
+        import cv2  # takes as long to import as the rest of the package; help texts do not need it
 
         how = cv2.INTER_LINEAR if smooth else cv2.INTER_NEAREST
         return np.asarray(cv2.remap(pixels, self.map_px, np.empty(0), how))
 
     @cached_property
     def _turn(self) -> NDArray[np.float64] | None:
-        """Metres along the camera's axis for each along the lens's; None: their axes are one."""
+        """Depth along the camera's axis per depth along the lens's; None if the axes are equal."""
         if self.map_px is None or self.lens_from_camera.matrix()[2, 2] >= 1.0:
             return None
         read_px = np.rint(self.map_px.astype(np.float64)).reshape(-1, 2)
@@ -96,28 +96,28 @@ class Undistortion:
         if pixels.shape[:2] != (height, width):
             given = "x".join(str(side) for side in pixels.shape[1::-1])
             raise error(
-                f"{what} is {given} pixels, but the lens has {width}x{height}; give pictures of "
+                f"{what} is {given} pixels, but the lens has {width}x{height}; give images of "
                 "the size that the lens was calibrated for"
             )
 
 
 def undistortion(lens: Lens, object_px: NDArray[np.float64] | None = None) -> Undistortion:
-    """Work out the ideal pinhole camera of a lens, and where its pixels lie in the lens's picture.
+    """Compute the ideal pinhole camera of a lens, and the map from its pixels to the lens's.
 
-    A pinhole, or a lens whose coefficients are all zero, needs nothing. Otherwise the ideal camera
-    looks along the lens's axis with its focal length, and its picture is as large as it must be to
-    hold all that the lens sees, with these limits: at most 60 degrees to each side, above and
-    below, at most twice the longer side of the lens's picture and at most
-    `Camera.MAX_SIDE_PX`. What lies beyond is cut off at the edges.
+    A pinhole, or a lens whose coefficients are all zero, needs no map. Otherwise the ideal camera
+    looks along the lens's axis with the lens's focal length. Its image is large enough for all that
+    the lens sees, within these limits: at most 60 degrees to each side, above and below, at most
+    twice the longer side of the lens's image and at most `Camera.MAX_SIDE_PX`. The rest is cut off
+    at the edges.
 
-    `object_px`, (N, 2), are pixels (u, v) of the object in the lens's picture, such as those of a
-    mask. With them, the ideal camera of a Kannala-Brandt lens turns to the middle of the object,
-    wherever the lens sees it, has the lens's angular resolution there, and holds the object with a
-    margin. For a Brown-Conrady lens this happens only where the camera along the axis would cut the
-    object off; otherwise the camera is the same for every object.
+    `object_px`, (N, 2), are pixels (u, v) of the object in the lens's image, such as those of a
+    mask. With them, the ideal camera of a Kannala-Brandt lens points at the object's centre,
+    wherever the lens sees it. It has the lens's angular resolution there, and its image contains
+    the object with a margin. For a Brown-Conrady lens this happens only where the camera along the
+    axis would cut the object off; otherwise the camera is the same for every object.
 
     Raises:
-        CameraError: the lens sees nothing inside its picture or at the object, or the object spans
+        CameraError: the lens sees nothing inside its image or at the object, or the object spans
             more than 120 degrees.
 
     """

@@ -1,4 +1,4 @@
-"""Reads the images of a video file, one after another."""
+"""Reads the images of a video file in sequence."""
 
 import itertools
 import math
@@ -23,24 +23,24 @@ if TYPE_CHECKING:
 
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v")
 
-_KEPT = 32  # decoded images: threads ask for neighbours, not quite in order
-_LEAST_KEPT = 12  # more than there are threads that read
+_KEPT = 32  # decoded images: threads request neighbours, not quite in order
+_LEAST_KEPT = 12  # more than the number of reading threads
 _KEPT_BYTES = 1 << 28
-_OPEN = 4  # videos that stay open: one that is opened anew is decoded from its start
+_OPEN = 4  # videos that stay open: a video that is reopened is decoded from its start
 _LARGEST_SIDE_PX = Camera.MAX_SIDE_PX
-_MISSING_SHARE = 0.02  # a header may estimate the number from the duration
-# What containers begin with. A playlist, which may name any other file, is none of them.
+_MISSING_SHARE = 0.02  # a header may estimate the count from the duration
+# The first bytes of containers. Playlists, which may name any other file, are not accepted.
 _AVI, _MATROSKA = b"RIFF", b"\x1aE\xdf\xa3"
 _MP4_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
 
 
 @dataclass(frozen=True)
 class VideoFacts:
-    """What a video's file says: how many images of (width, height) pixels there are, and when.
+    """The properties of a video file: `count` images of `size_px` (width, height) pixels.
 
-    `times_s` are the seconds from its beginning at which the images are shown, None where the file
-    has no times that rise; `rate_hz` is what its header says, None if nothing. `turn_deg` is by how
-    much the header asks to turn the images, clockwise, before they are shown.
+    `times_s` are the presentation times of the images in seconds from the start, None if the file's
+    times do not increase. `rate_hz` is the rate in the header, None if there is none. `turn_deg` is
+    the clockwise rotation that the header requests before the images are shown.
     """
 
     count: int
@@ -54,15 +54,15 @@ def count_video_images(path: Path) -> int:
     """Count the images of a video by decoding it from its beginning to its end.
 
     Raises:
-        CaptureError: the file is missing or no video, or ends before the number of images that
-            its header promises.
+        CaptureError: the file is missing or not a video, or it ends before the number of images in
+            its header.
 
     """
     return describe_video(path).count
 
 
 def describe_video(path: Path) -> "VideoFacts":
-    """Say how many images a video has, how large, and when each is shown; decodes all of it.
+    """Return the count, size and times of a video's images; decodes the whole video.
 
     Raises:
         CaptureError: as for `count_video_images`.
@@ -74,21 +74,21 @@ def describe_video(path: Path) -> "VideoFacts":
 def read_video_image(
     path: Path, index: int, size_px: tuple[int, int], by: int = 1, *, upright: bool = False
 ) -> NDArray[np.uint8]:
-    """Read one image of a video, (H, W, 3) uint8 RGB; in order this costs one decoding of each.
+    """Read one image of a video, (H, W, 3) uint8 RGB; reading in order decodes each image once.
 
-    The images of the video have (width, height) pixels; what is returned is shrunk `by` so much.
-    A turn that the header asks for is made if the image shall be `upright`, or where only turned
-    images have that size.
+    The images of the video have (width, height) pixels; the result is shrunk `by` a factor. The
+    rotation that the header requests is applied if `upright` is set, or if only rotated images have
+    that size.
 
     Raises:
-        ImageError: the file is missing or no video, ends before the image, or has another size.
+        ImageError: the file is missing or not a video, ends before the image, or has another size.
 
     """
     import cv2
 
     stream = _stream(path, *_version(path, ImageError))
     pixels = stream.read(index)
-    # Where the size is that of turned images, the camera was calibrated with such.
+    # If only the rotated images have the camera's size, the camera was calibrated with those.
     if upright or pixels.shape[:2] == size_px != size_px[::-1]:
         pixels = _turned(pixels, stream.turn_deg)
     check_size(path, (pixels.shape[1], pixels.shape[0]), size_px, ImageError)
@@ -96,12 +96,12 @@ def read_video_image(
 
 
 def upright_images(path: Path) -> Iterator[NDArray[np.uint8]]:
-    """Decode a video from its beginning, each image (H, W, 3) uint8 RGB, as people see it.
+    """Decode a video from its start, yielding each image upright as (H, W, 3) uint8 RGB.
 
-    Phones write down how they were held; the images are turned as that asks for.
+    Phones record how they were held; the rotation in the header is applied.
 
     Raises:
-        CaptureError: the file is missing or no video.
+        CaptureError: the file is missing or not a video.
 
     """
     import cv2
@@ -120,7 +120,7 @@ def upright_images(path: Path) -> Iterator[NDArray[np.uint8]]:
 
 
 def _version(path: Path, error: type[CaptureError] | type[ImageError]) -> tuple[int, int]:
-    """Return what changes when a file is written anew."""
+    """Return what changes when a file is rewritten: its size and modification time."""
     check_regular(path, error)
     status = path.stat()
     return status.st_size, status.st_mtime_ns
@@ -157,7 +157,7 @@ def _describe(path: Path, _size: int, _changed: int) -> VideoFacts:
 
 
 class _Stream:
-    """Decodes one video forwards, and keeps the last images."""
+    """Decodes one video forwards, and caches the last images."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -171,8 +171,8 @@ class _Stream:
         self._kept: OrderedDict[int, cv2.typing.MatLike] = OrderedDict()
 
     def read(self, index: int) -> "cv2.typing.MatLike":
-        # Of the threads that wait, the one that wants the earliest image comes first; otherwise
-        # the video would have to start again for those that were overtaken.
+        # Of the waiting threads, the one that wants the earliest image goes first; otherwise the
+        # video would have to be restarted for the threads that were overtaken.
         with self._turn:
             self._waiting.append(index)
             try:
@@ -219,7 +219,7 @@ class _Stream:
 
 
 def _turned(pixels: "cv2.typing.MatLike", turn_deg: int) -> "cv2.typing.MatLike":
-    """Turn an image clockwise, by what a header says: 0, 90, 180 or 270 degrees."""
+    """Rotate an image clockwise by the angle in a header: 0, 90, 180 or 270 degrees."""
     import cv2
 
     turns = {
@@ -251,12 +251,14 @@ def _open(path: Path, error: type[CaptureError] | type[ImageError]) -> "cv2.Vide
     except OSError as reason:
         raise unreadable(path, reason, error) from reason
     if not (start.startswith((_AVI, _MATROSKA)) or start[4:8] in _MP4_BOXES):
-        raise error(f"{path} is no video: it begins like no MP4, MOV, AVI, MKV or WebM file")
+        raise error(
+            f"{path} is not a video: it does not begin like an MP4, MOV, AVI, MKV or WebM file"
+        )
     video = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
     if not video.isOpened():
         raise error(
             f"{path} cannot be opened as a video: it is cut short, damaged or of a codec "
-            "that OpenCV cannot decode; write it anew, as MP4 for instance"
+            "that OpenCV cannot decode; convert it, for instance to MP4"
         )
     width, height = _size_px(video)
     if max(width, height) > _LARGEST_SIDE_PX:
@@ -264,6 +266,6 @@ def _open(path: Path, error: type[CaptureError] | type[ImageError]) -> "cv2.Vide
             f"{path} claims images of {width:.0f}x{height:.0f} pixels; servoid takes at most "
             f"{_LARGEST_SIDE_PX} along a side"
         )
-    # Like a turn in an image's EXIF data, one that the file asks for may be unknown to calibration.
+    # As with an image's EXIF orientation, the calibration may not know of the requested rotation.
     video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
     return video

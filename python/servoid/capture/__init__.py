@@ -1,4 +1,4 @@
-"""Captures: what was seen, by which camera, from where."""
+"""Captures: images, the cameras that took them, and the cameras' poses."""
 
 from servoid._native import View
 from servoid.capture.arrays import ArrayPicture, PosedImage, capture_of, views_of

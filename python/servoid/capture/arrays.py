@@ -1,4 +1,4 @@
-"""Captures that are made of arrays in memory: no file is written or read."""
+"""Makes captures from arrays in memory, without reading or writing files."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ from servoid.config.limits import MOST_CAMERAS
 from servoid.errors import CameraError, CaptureError, ImageError, MaskError, PoseError, ServoidError
 from servoid.words import counted
 
-_APART = 1e-5  # metres and radians by which cameras of one rig may seem to move: float32 rounds
-_PLACE = Path("arrays")  # stands for a file where messages name one
+_APART = 1e-5  # metres and radians between poses of one camera on a rig: float32 rounds
+_PLACE = Path("arrays")  # replaces the file name in messages
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,19 +29,19 @@ class ArrayPicture(Picture):
 
     @property
     def is_there(self) -> bool:
-        """Say if there is an image."""
+        """Return whether there is an image."""
         return self.pixels is not None
 
     @property
     def is_in_memory(self) -> bool:
-        """Say that nothing is read."""
+        """Return that the image is in memory."""
         return True
 
     def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
-        """Return the image, which has (width, height) pixels, shrunk `by` so much.
+        """Return the image, which has (width, height) pixels, shrunk `by` a factor.
 
         Raises:
-            ImageError: there is none, or it has another size.
+            ImageError: there is no image, or it has another size.
 
         """
         if self.pixels is None:
@@ -52,16 +52,16 @@ class ArrayPicture(Picture):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PosedImage:
-    """One image in memory, its camera, and where the camera was.
+    """One image in memory with its camera and the camera's pose.
 
-    `image` is (H, W) or (H, W, 3) uint8, RGB. `mask`, if there is one, is (H, W) of bool or whole
-    numbers, not zero on the object. `depth_m`, if it was measured, is (H, W) of floats, metres
-    along z, and zero, NaN or infinite where unknown. A `Lens` may distort the image: its mask and
-    its depth are in the pixels of the image as it was recorded.
+    `image` is (H, W) or (H, W, 3) uint8, RGB. `mask` is optional, (H, W) bool or integer, non-zero
+    on the object. `depth_m` is optional, (H, W) float, in metres along z; zero, NaN or infinity
+    means unknown. A `Lens` may distort the image: the mask and the depth then refer to the pixels
+    of the recorded, distorted image.
 
     Raises:
-        ImageError, MaskError: an array is of another kind, or has not the camera's size.
-        CameraError, PoseError: the camera or the pose is of another kind.
+        ImageError, MaskError: an array has the wrong type, or does not have the camera's size.
+        CameraError, PoseError: the camera or the pose has the wrong type.
 
     """
 
@@ -77,7 +77,7 @@ class PosedImage:
         if not isinstance(self.world_from_camera, Pose):
             raise PoseError(_other("world_from_camera", "a Pose", self.world_from_camera))
         size_px = self.camera.size_px
-        # A copy: who reads a camera may read the next image into the same memory.
+        # Copy: a caller may read the camera's next image into the same memory.
         object.__setattr__(self, "image", np.array(taken_image(self.image)))
         _check_size("image", self.image, size_px, ImageError)
         if self.mask is not None:
@@ -96,13 +96,14 @@ def capture_of(
     times_s: Sequence[float] | None = None,
     rate_hz: float | None = None,
 ) -> Capture:
-    """Make a capture of arrays; all that takes a capture takes it.
+    """Make a capture from arrays, for use wherever a capture is accepted.
 
-    An observation is one image, or several that cameras took at the same instant, in the order of
-    the cameras. With `rate_hz` the capture is a recording, in which the object may move.
+    An observation is one image, or a list of images that the cameras took at the same instant, in
+    the order of the cameras. With `rate_hz` the capture is a recording, in which the object may
+    move.
 
     Raises:
-        CaptureError: there is no image, or not one time for each observation.
+        CaptureError: there is no image, or the number of times differs from that of observations.
 
     """
     instants = [_instant(one) for one in observations]
@@ -123,8 +124,9 @@ def capture_of(
             _place(cameras, (slot, _lens_of(image.camera), from_rig))[index] = image
     if len(cameras) > MOST_CAMERAS:
         raise CaptureError(
-            f"the images are of {len(cameras)} cameras or places on the rig; at most "
-            f"{MOST_CAMERAS} can be; give cameras that do not move on their rig, or one image each"
+            f"the images are of {len(cameras)} cameras or poses on the rig; at most "
+            f"{MOST_CAMERAS} are allowed; give cameras that are fixed on their rig, or "
+            "observations of one image each"
         )
     count = len(instants)
     return Capture(
@@ -154,10 +156,10 @@ def _instant(given: PosedImage | Sequence[PosedImage]) -> list[PosedImage]:
 def views_of(
     views: Sequence[View], images: Sequence[NDArray[np.uint8]] | None = None
 ) -> list[CaptureView]:
-    """Turn views in memory into views of a capture, with their images, (H, W, 3) uint8, if any.
+    """Convert views in memory to views of a capture; `images` are (H, W, 3) uint8, one per view.
 
     Raises:
-        ImageError: there is not one image for each view, or one is of another kind or size.
+        ImageError: there is not one image per view, or an image has another type or size.
 
     """
     if images is not None and len(images) != len(views):
@@ -242,10 +244,10 @@ def _check_size(
     height, width = array.shape[:2]
     if (width, height) != size_px:
         raise error(
-            f"the {what} has {width}x{height} pixels, but its camera's have "
-            f"{size_px[0]}x{size_px[1]}; give the camera that it was calibrated with"
+            f"the {what} has {width}x{height} pixels, but its camera has "
+            f"{size_px[0]}x{size_px[1]}; give the camera that took it"
         )
 
 
 def _other(name: str, needed: str, given: object) -> str:
-    return f"{name} must be {needed}, but it is a {type(given).__name__}; make one first"
+    return f"{name} must be {needed}, but it is a {type(given).__name__}; create one first"

@@ -1,4 +1,4 @@
-"""Captures: a folder of images with the cameras that took them and where these stood."""
+"""Captures: a folder of images with the cameras that took them and the cameras' poses."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,15 +21,15 @@ def read_scaled(
     """Read a depth image whose unit is `scale_m` metres: (H, W) float32, NaN where unknown.
 
     Raises:
-        ImageError: the file is missing, damaged or of another size than was recorded.
-        CaptureError: nothing says which unit the file counts in.
+        ImageError: the file is missing, damaged or not of the recorded size.
+        CaptureError: the unit of the file's values is unknown.
 
     """
     if not isinstance(path, Path):
         return path.read(recorded.size_px, recorded.by)
     if scale_m is None:
         raise CaptureError(
-            f"{path}: nothing says what one unit is in metres; give depth_scale_m, such as 0.001 "
+            f"{path}: the unit of its values is unknown; give depth_scale_m, such as 0.001 "
             "for millimetres"
         )
     return read_depth(path, recorded.size_px, scale_m, recorded.by)
@@ -37,11 +37,11 @@ def read_scaled(
 
 @dataclass(frozen=True)
 class CaptureCamera:
-    """One camera of the rig, with what it delivered in each observation, in order.
+    """One camera of the rig and its images in each observation, in order.
 
-    A picture is None where the camera delivered nothing, and so are a mask and a depth image where
-    there is none. `depth_scale_m` is what one unit of the depth images is in metres. `masks`,
-    (H, W) uint8, and `depths_m`, (H, W) float32 in metres, are in memory and replace the files.
+    An entry of `pictures`, of the masks or of the depth images is None where the camera delivered
+    none. `depth_scale_m` is one unit of the depth images in metres. `masks`, (H, W) uint8, and
+    `depths_m`, (H, W) float32 in metres, are in memory and replace the files.
     """
 
     name: str
@@ -59,7 +59,7 @@ class CaptureCamera:
 
         Raises:
             ImageError: the file is missing, damaged or of another size than the camera's.
-            CaptureError: nothing says which unit the file counts in.
+            CaptureError: the unit of the file's values is unknown.
 
         """
         if self.depths_m:
@@ -73,13 +73,13 @@ class CaptureCamera:
 
     @cached_property
     def ideal(self) -> Ideal:
-        """Return the pinhole camera that stands for the lens where no object is known."""
+        """Return the undistorted pinhole camera that applies where no object is known."""
         return Ideal(self.lens)
 
 
 @dataclass(frozen=True)
 class Observation:
-    """One instant of all cameras: when it was, where the rig was, and an image of each camera."""
+    """What all cameras deliver at one instant: the time, the rig's pose, an image per camera."""
 
     index: int
     time_s: float | None
@@ -89,15 +89,16 @@ class Observation:
 
 @dataclass(frozen=True, eq=False)
 class CaptureView:
-    """One image, seen by a camera whose pose is known, as an ideal pinhole would have seen it.
+    """One image of a camera with a known pose, as an ideal pinhole camera would see it.
 
-    `lens` and `world_from_lens` are the real camera, as the files know it. `camera`,
-    `world_from_camera` and all that the methods return belong to the ideal pinhole: without
-    distortion, and turned towards the object if the lens is a fisheye. `given_mask` is a mask in
-    the ideal pinhole's pixels, (H, W) uint8, that takes precedence over the others;
-    `recorded_mask` is one in the pixels of the image as it was recorded, instead of the file's,
-    and so is `depth_m`, (H, W) float32 in metres. `shrinking` says how large the files' images are
-    where they are shrunk to the lens's.
+    `lens` and `world_from_lens` describe the real camera, as stored in the files. `camera`,
+    `world_from_camera` and the results of all methods refer to the ideal pinhole camera: without
+    distortion, and pointed at the object if the lens is a fisheye.
+
+    `given_mask`, (H, W) uint8, is a mask in the ideal pinhole's pixels; it takes precedence over
+    the others. `recorded_mask`, (H, W) uint8, is a mask in the pixels of the recorded image; it
+    replaces the file. `depth_m`, (H, W) float32 in metres, likewise replaces the depth file.
+    `shrinking` is the size of the images in the files where they are shrunk to the lens's size.
     """
 
     camera_name: str
@@ -116,12 +117,12 @@ class CaptureView:
 
     @property
     def recorded(self) -> Recorded:
-        """Return how large the files' images are, and by how much they are shrunk."""
+        """Return the size of the images in the files, and the factor by which they are shrunk."""
         return self.shrinking or Recorded(self.lens.size_px)
 
     @property
     def name(self) -> str:
-        """Name the view for people: the camera and the image, such as `eye/0012`."""
+        """Return the view's name for messages: the camera and the image, such as `eye/0012`."""
         return f"{self.camera_name}/{self.picture.stem}"
 
     @property
@@ -131,18 +132,18 @@ class CaptureView:
 
     @property
     def has_image(self) -> bool:
-        """Say if there is an image: views that were made of arrays may have a mask only."""
+        """Return whether there is an image; views made from arrays may have only a mask."""
         return self.picture.is_there
 
     @property
     def has_mask(self) -> bool:
-        """Say if the view knows where the object is, from a file or because it was told."""
+        """Return whether there is a mask, in a file or in memory."""
         known = (self.given_mask, self.recorded_mask, self.mask_path)
         return any(mask is not None for mask in known)
 
     @cached_property
     def ideal(self) -> Ideal:
-        """Return the ideal pinhole, with what turns the lens's images into its own."""
+        """Return the ideal pinhole camera, with the maps that undistort the lens's images."""
         mask = self.mask_path if self.recorded_mask is None else self.recorded_mask
         return self.shared or Ideal(self.lens, mask, self.recorded)
 
@@ -152,7 +153,7 @@ class CaptureView:
 
         Raises:
             CameraError: the lens sees nothing of its image, or the object is too wide.
-            MaskError: the lens is a fisheye, and the mask at which its pinhole looks is damaged.
+            MaskError: the lens is a fisheye, and the mask that its pinhole is aimed at is damaged.
 
         """
         return self.ideal.camera
@@ -165,7 +166,7 @@ class CaptureView:
     def with_mask(self, mask: NDArray[np.uint8]) -> "CaptureView":
         """Return this view with a mask in its ideal pinhole's pixels: non-zero on the object.
 
-        The new view keeps the pinhole that this one has.
+        The new view keeps this view's pinhole camera.
 
         Raises:
             MaskError: the mask is not (H, W) of the pinhole camera's size.
@@ -182,7 +183,7 @@ class CaptureView:
     def with_recorded_mask(self, mask: NDArray[np.uint8]) -> "CaptureView":
         """Return this view with a mask in the recorded image's pixels: non-zero on the object.
 
-        The pinhole of a fisheye turns to it, as to a mask in a file.
+        The pinhole camera of a fisheye is aimed at this mask, as at a mask in a file.
 
         Raises:
             MaskError: the mask is not (H, W) of the recorded image's size.
@@ -239,18 +240,18 @@ class CaptureView:
         return self.ideal.maps().mask(mask)
 
     def depth(self) -> NDArray[np.float32] | None:
-        """Read the depth image: (H, W) float32, metres along z, NaN where unknown; None: no such.
+        """Read the depth image: (H, W) float32, metres along z, NaN where unknown; None if none.
 
         Raises:
             ImageError: the file is missing, damaged or of another size than the camera's.
-            CaptureError: nothing says which unit the file counts in.
+            CaptureError: the unit of the file's values is unknown.
 
         """
         depth = self.recorded_depth()
         if depth is None:
             return None
         seen = self.ideal.maps().depth(depth).astype(np.float32)
-        seen[seen == 0.0] = np.nan  # beyond what the lens sees
+        seen[seen == 0.0] = np.nan  # outside the lens's field of view
         return seen
 
     def recorded_depth(self) -> NDArray[np.float32] | None:
@@ -267,7 +268,7 @@ class CaptureView:
         return read_scaled(self.depth_path, self.recorded, self.depth_scale_m)
 
     def view(self, mask: NDArray[np.uint8] | None = None) -> View:
-        """Join the mask, which is read if it is not given, with the camera and its pose.
+        """Combine the mask, which is read if it is not given, with the camera and its pose.
 
         Raises:
             MaskError: as for `mask`, or the mask is empty or covers the whole image.
@@ -281,11 +282,11 @@ class CaptureView:
 
 @dataclass(frozen=True)
 class Capture:
-    """A checked capture: each camera has a picture, or None, for each observation.
+    """A validated capture: each camera has an image, or None, for each observation.
 
-    `rate_hz` is how many observations a second there are if the capture is a recording. `notes` are
-    sentences that a user should read, such as what had to be guessed. `metric` is false where
-    lengths are not in metres, because nothing told the scale.
+    `rate_hz` is the number of observations per second if the capture is a recording. `notes` are
+    messages for the user, for example on assumptions. `metric` is false where lengths are not in
+    metres because the scale is unknown.
     """
 
     path: Path
@@ -301,11 +302,11 @@ class Capture:
 
     @property
     def is_recording(self) -> bool:
-        """Say if the object may move from one observation to the next: there is a rate."""
+        """Return whether the object may move between observations: the capture has a rate."""
         return self.rate_hz is not None
 
     def observations(self) -> list[Observation]:
-        """List the observations in order; `time_s` is None where the capture knows no time."""
+        """List the observations in order; `time_s` is None where the capture has no times."""
         return [
             Observation(
                 index=index,

@@ -1,4 +1,4 @@
-"""What `capture.toml` and `poses.csv` may say, and how they are read."""
+"""The structure of `capture.toml` and `poses.csv`, and their readers."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from servoid.config.strict import check_version, convert, line_of
 from servoid.errors import CameraError, CaptureError, located
 from servoid.words import counted, number_of
 
-_FOCAL_PX = (1e-3, 1e9)  # of any lens: beyond, the image is a point, or all lines are parallel
+_FOCAL_PX = (1e-3, 1e9)  # of any lens: beyond, the image is a point, or all rays are parallel
 
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
 
@@ -28,10 +28,10 @@ Version = Annotated[int, msgspec.Meta(examples=[1])]
 
 
 class LensEntry(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds what a [[camera]] table says of the camera itself.
+    """Holds the keys of a [[camera]] table that describe the camera itself.
 
-    Of `focal_px` and `fov_deg` one is given. Without `center_px` it is the image's middle, and the
-    only camera of a rig needs no `rig_from_camera`: it is the rig.
+    Either `focal_px` or `fov_deg` is given. `center_px` defaults to the image centre. The only
+    camera of a rig needs no `rig_from_camera`: it is the rig's origin.
     """
 
     name: Annotated[str, msgspec.Meta(min_length=1, examples=["eye"])]
@@ -54,13 +54,13 @@ class CameraEntry(LensEntry, frozen=True, kw_only=True):
 
 
 class RigEntry(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds the [rig] table of capture.toml; without poses the rig rests at the world's origin."""
+    """Holds the [rig] table of capture.toml; without poses the rig is at the world's origin."""
 
     poses: Annotated[str, msgspec.Meta(min_length=1)] | None = None
 
 
 class CaptureFile(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds a whole capture.toml of version 1; with `metric` false no length is in metres."""
+    """Holds a whole capture.toml of version 1; with `metric` false lengths are not in metres."""
 
     version: Version
     rate_hz: Annotated[float, msgspec.Meta(gt=0)] | None = None
@@ -70,49 +70,47 @@ class CaptureFile(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def is_uncalibrated(self) -> bool:
-        """Say if nothing tells how any of the cameras sees."""
+        """Return whether the file calibrates none of its cameras."""
         return all(entry.focal_px is None and entry.fov_deg is None for entry in self.camera)
 
 
 @dataclass(frozen=True)
 class MountedLens:
-    """What a [[camera]] table says of the camera itself: how it sees, and where on the rig."""
+    """The calibration of one [[camera]] table: the lens, and the camera's pose on the rig."""
 
     lens: Lens
     rig_from_camera: Pose
 
 
 Told = Callable[[Sequence[str], Sequence[tuple[int, int]]], Sequence[MountedLens]]
-"""Says of cameras with names and image sizes (width, height) how they see."""
+"""Returns the calibration of cameras, given their names and image sizes (width, height)."""
 
 
 def read_capture_file(
     path: Path, told: Told | None = None
 ) -> tuple[CaptureFile, tuple[MountedLens, ...]]:
-    """Read and check a capture.toml; return what it says, and its cameras in order.
+    """Read and check a capture.toml; return its content, and its cameras in order.
 
-    Where the file says of no camera how it sees, as of a recording that is not calibrated yet,
-    `told` is asked; where it does, `told` must not be given.
+    If the file calibrates none of its cameras, as for a recording before calibration, `told`
+    supplies the calibration. Otherwise `told` must be None.
 
     Raises:
         CaptureError: the file is missing or malformed, or a key is unknown.
         CameraError: a camera cannot exist, or its model is unknown.
-        PoseError: a `rig_from_camera` is no rigid motion.
+        PoseError: a `rig_from_camera` is not a rigid motion.
 
     """
     file, text = read_versioned(path, CaptureFile, "captures")
     for entry in file.camera:
         if entry.depths is not None and entry.depth_scale_m is None:
             raise CaptureError(
-                f"{path}, camera '{entry.name}': depths needs depth_scale_m, what one unit of the "
-                "files is in metres; write depth_scale_m = 0.001 for millimetres, or 1.0 for metres"
+                f"{path}, camera '{entry.name}': depths needs depth_scale_m, one unit of the "
+                "files in metres; write depth_scale_m = 0.001 for millimetres, or 1.0 for metres"
             )
     if told is None:
         return file, mounted_lenses(path, file.camera, text)
     if not file.is_uncalibrated:
-        raise CaptureError(
-            f"{path} says itself how its cameras see; nothing else can be told of them"
-        )
+        raise CaptureError(f"{path} has its own calibration; leave the given calibration out")
     names = [entry.name for entry in file.camera]
     return file, tuple(told(names, [entry.size_px for entry in file.camera]))
 
@@ -125,22 +123,24 @@ def read_versioned(path: Path, struct: type[FileT], kind: str) -> tuple[FileT, s
 
     """
     data, text = read_toml_text(path, CaptureError)
-    if "version" in data:  # of a file without, all is told that it lacks
+    if "version" in data:  # without one, the next step reports all missing keys together
         check_version(data, str(path), CaptureError, kind)
     return convert(data, struct, str(path), CaptureError, text), text
 
 
 def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple[MountedLens, ...]:
-    """Return what the [[camera]] tables of a file, whose `text` is given, say of the cameras.
+    """Return the calibrations in the [[camera]] tables of a file whose content is `text`.
 
     Raises:
-        CaptureError: two have one name, there are too many, or a table says too little of a camera.
+        CaptureError: two cameras share a name, there are too many, or a calibration is incomplete.
         CameraError: a camera cannot exist, or its model is unknown.
-        PoseError: a `rig_from_camera` is no rigid motion.
+        PoseError: a `rig_from_camera` is not a rigid motion.
 
     """
     if len(entries) > MOST_CAMERAS:
-        raise CaptureError(f"{path} names {len(entries)} cameras; at most {MOST_CAMERAS} can be")
+        raise CaptureError(
+            f"{path} names {len(entries)} cameras; at most {MOST_CAMERAS} are allowed"
+        )
     names = [entry.name for entry in entries]
     for name in names:
         if names.count(name) > 1:
@@ -151,7 +151,7 @@ def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple
         if entry.rig_from_camera is None and len(entries) > 1:
             raise CaptureError(
                 f"{place}: rig_from_camera is missing; the only camera of a rig needs none, but "
-                f"each of {len(entries)} says where it is on the rig, as a 4x4 matrix"
+                f"each of {len(entries)} needs its pose on the rig, as a 4x4 matrix"
             )
         mounted.append(_read_lens(entry, place, line_of(text, "rig_from_camera", index)))
     return tuple(mounted)
@@ -176,7 +176,7 @@ def _read_lens(entry: LensEntry, place: str, pose_line: int | None) -> MountedLe
 
 
 def _check_reach(place: str, focal_px: Sequence[float], center_px: Sequence[float]) -> None:
-    """Refuse numbers that no calibration holds: the core takes any, and images then say nothing."""
+    """Refuse numbers that no calibration has; the core accepts any, but images are then useless."""
     least, most = _FOCAL_PX
     if any(0.0 < focal < least or focal > most for focal in focal_px):
         raise CameraError(
@@ -193,20 +193,20 @@ def _check_reach(place: str, focal_px: Sequence[float], center_px: Sequence[floa
 def _focal_and_middle(
     entry: LensEntry, place: str
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the focal lengths and the middle of the image, in pixels."""
+    """Return the focal lengths and the principal point, in pixels."""
     width, height = entry.size_px
     if entry.focal_px is not None and entry.fov_deg is None:
         return entry.focal_px, ((width - 1) / 2.0, (height - 1) / 2.0)
     if entry.fov_deg is None or entry.focal_px is not None:
         raise CaptureError(
             f"{place}: give focal_px, two focal lengths in pixels from a calibration, or fov_deg, "
-            "the angle of view from the left to the right border; one of them, not both. Of a "
-            "recording that says neither of any camera, track and model take --fov or "
-            "--calibration, and servoid scan finds it"
+            "the angle of view from the left to the right border; one of them, not both. For a "
+            "recording without any calibration, track and model take --fov or "
+            "--calibration, and servoid scan estimates it"
         )
     if entry.model == "kannala_brandt":
         raise CaptureError(
-            f"{place}: fov_deg says too little of a fisheye; calibrate it, and give focal_px"
+            f"{place}: fov_deg does not determine a fisheye; calibrate it, and give focal_px"
         )
     with located(f"{place}, fov_deg"):
         camera = Camera.from_fov(entry.size_px, entry.fov_deg)
@@ -218,7 +218,7 @@ def read_poses(path: Path) -> tuple[list[float], list[Pose]]:
 
     Raises:
         CaptureError: the file is missing, or a line is malformed.
-        PoseError: a line is no rigid motion; the message names file and line.
+        PoseError: a line is not a rigid motion; the message names file and line.
 
     """
     text = read_text(path, CaptureError, POSES_FILE)

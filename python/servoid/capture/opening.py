@@ -1,4 +1,4 @@
-"""Opens captures: reads what `capture.toml` says and finds the files it names."""
+"""Opens captures: reads `capture.toml` and finds the files that it names."""
 
 import glob
 from pathlib import Path
@@ -27,12 +27,12 @@ def open_capture(path: str | Path, *, told: Told | None = None) -> Capture:
     """Open a capture: a folder with a `capture.toml`, or that file itself.
 
     Images are listed, not read; each is checked when a view reads it. A video is decoded once, to
-    count its images. `told` says how the cameras of a capture see that does not say it itself.
+    count its images. `told` returns the calibration for a capture that has none.
 
     Raises:
         CaptureError: a file is missing or malformed, or files contradict each other.
         CameraError: a camera cannot exist, or its model is unknown.
-        PoseError: a pose is no rigid motion.
+        PoseError: a pose is not a rigid motion.
 
     """
     toml = _find_toml(Path(path))
@@ -48,7 +48,7 @@ def open_capture(path: str | Path, *, told: Told | None = None) -> Capture:
 
 
 def count_uncalibrated(path: str | Path) -> int:
-    """Count the cameras of a capture.toml that says of none how it sees; 0 if it does of any.
+    """Count the cameras of a capture.toml that calibrates none of them; 0 if it calibrates any.
 
     Raises:
         CaptureError: the file is missing or malformed.
@@ -115,8 +115,8 @@ def _list_pictures(toml: Path, pattern: str, place: str) -> tuple[Picture, ...]:
         return tuple(Picture(path) for path in paths)
     if len(paths) > 1:
         raise CaptureError(
-            f"{place}: '{pattern}' matches {len(paths)} videos; name one, and write a [[camera]] "
-            "for each of the others"
+            f"{place}: '{pattern}' matches {len(paths)} videos; name one, and add a [[camera]] "
+            "table for each of the others"
         )
     return tuple(Picture(paths[0], index) for index in range(count_video_images(paths[0])))
 
@@ -140,20 +140,20 @@ def _check_pairs(toml: Path, one: CaptureCamera, other: CaptureCamera) -> None:
 
 
 def _first_gap(one: CaptureCamera, other: CaptureCamera) -> str | None:
-    """Tell the first image that one camera lacks, if most have the same names in both."""
+    """Describe the first image that one camera lacks, if most have the same names in both."""
     pictures = [[picture for picture in camera.pictures if picture] for camera in (one, other)]
     if any(picture.index is not None for listed in pictures for picture in listed):
-        return None  # names in a video are only counted
+        return None  # images of a video have only numbers
     stems = [{picture.stem for picture in listed} for listed in pictures]
     if 2 * len(stems[0] & stems[1]) < max(map(len, stems)):
-        return None  # named on their own terms, such as by each camera's clock
+        return None  # each camera has its own names, such as its clock's time
     lone = sorted(stems[0] ^ stems[1])
     if not lone:
         return None
     lacking = other if lone[0] in stems[0] else one
     return (
-        f"camera '{lacking.name}' has no '{lone[0]}'; put an empty file of that name in its place, "
-        "which is then passed over, or take the others' image away"
+        f"camera '{lacking.name}' has no '{lone[0]}'; add an empty file of that name, "
+        "which is then skipped, or remove the other camera's image"
     )
 
 

@@ -1,4 +1,4 @@
-"""Shrinks views as they are read, so that memory for many photographs is bounded."""
+"""Shrinks views as they are read, to bound the memory that many photographs take."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,10 +12,10 @@ from servoid.words import counted
 
 
 def shrunk(views: Sequence[CaptureView]) -> tuple[list[CaptureView], str | None]:
-    """Return views whose images fit into memory together, and what to tell of it if they shrank.
+    """Return views whose images fit into memory together, and a message if they were shrunk.
 
-    They are shrunk by a power of two, all by the same, as they are read. Views that were given
-    masks in their pinholes' pixels stay as they are, and so do those of images in memory.
+    All are shrunk by the same power of two as they are read. Views with masks in their pinholes'
+    pixels, and views of images in memory, are not shrunk.
     """
     free = [view for view in views if _is_free(view)]
     pixels = sum(width * height for width, height in (view.lens.size_px for view in free))
@@ -39,7 +39,7 @@ def _is_free(view: CaptureView) -> bool:
 
 
 def _shrunk(view: CaptureView, by: int, small: dict[int, Ideal]) -> CaptureView:
-    """Shrink one view; those with one lens go on to share a pinhole, and so its maps."""
+    """Shrink one view; views that share a lens still share a pinhole and its maps."""
     ideal = small.setdefault(id(view.lens), Ideal(_small(view.lens, by)))
     recorded = view.recorded
     own = needs_object(view.lens) and view.has_mask

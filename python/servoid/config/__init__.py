@@ -1,1 +1,1 @@
-"""Files as they come: read within limits, turned strictly into settings."""
+"""Reads files within size limits, and converts them strictly to settings."""

@@ -1,4 +1,4 @@
-"""Settings that are checked when they are made, in Python as in a file."""
+"""Settings that are validated when they are created, in Python as from a file."""
 
 from typing import Any
 
@@ -10,10 +10,10 @@ from servoid.errors import ServoidError
 
 
 class Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Is the base of settings; a value outside of what its field's type allows is refused.
+    """Base of settings; refuses a value that its field's type does not allow.
 
-    What can be taken for the type is made it: a whole number where any is allowed, a list, the name
-    of a choice, a number of NumPy.
+    Values that convert to the type are converted: an integer where a float is expected, a list, the
+    name of an option, a NumPy number.
     """
 
     def refusal(self, message: str) -> ServoidError:
@@ -21,10 +21,10 @@ class Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         return ServoidError(message)
 
     def __post_init__(self) -> None:
-        """Check each field by itself.
+        """Check each field separately.
 
         Raises:
-            what `refusal` returns: a value has the wrong type or range, or is NaN.
+            the error of `refusal`: a value has the wrong type or range, or is NaN.
 
         """
         for field in msgspec.structs.fields(type(self)):
@@ -40,7 +40,7 @@ class Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 def _plain(value: Any) -> Any:
-    """Return numbers of NumPy, alone or in a list, as Python's own."""
+    """Convert NumPy numbers and arrays, alone or in a list, to Python numbers."""
     if isinstance(value, (np.generic, np.ndarray)):
         return value.tolist()
     return tuple(_plain(one) for one in value) if isinstance(value, (list, tuple)) else value

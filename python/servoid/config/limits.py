@@ -1,18 +1,18 @@
-"""How much servoid takes in: what is more is refused before it is read, made or started."""
+"""Limits on inputs: larger ones are refused before they are read, created or started."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class FileLimit:
-    """How many bytes a kind of file may have; `what` names the kind, of one file or of many."""
+    """The largest size of a kind of file in bytes; `what` names the kind in messages."""
 
     what: str
     most_bytes: int
 
     @property
     def text(self) -> str:
-        """Write the limit as people read it, such as `16 MiB`."""
+        """Format the limit for messages, such as `16 MiB`."""
         mebibytes = self.most_bytes >> 20
         return f"{mebibytes >> 10} GiB" if mebibytes >= 1024 else f"{mebibytes} MiB"
 
@@ -46,17 +46,17 @@ FILE_LIMITS = (
 )
 
 MOST_VIEW_PX = 160_000_000
-"""How many pixels the views that are modelled may have together; more are shrunk as they are read:
-at four bytes a pixel, with its mask, and twice for a moment, well within a gibibyte and a half."""
+"""The maximum number of pixels of all views in modelling; more are shrunk as they are read. At four
+bytes a pixel with its mask, and twice that for a moment, they take well under 1.5 GiB."""
 
 MOST_CAMERAS = 64
-"""How many cameras a capture.toml or a rig's file may name."""
+"""The maximum number of cameras in a capture.toml or a rig's file."""
 
 MOST_TRANSFORMS = 4_000_000
-"""How many transforms of a bag are kept: a quarter of a gibibyte."""
+"""The maximum number of transforms that are kept of a bag: 256 MiB."""
 
 MOST_KEYS = 120
-"""How many images a scan chooses of a video."""
+"""The maximum number of images that a scan chooses from a video."""
 
 MOST_NESTED = 32
-"""How many tables and lists of TOML and JSON may lie inside each other."""
+"""The maximum nesting depth of tables and lists in TOML and JSON."""

@@ -1,4 +1,4 @@
-"""Finds files that a capture names, and keeps to the capture's folder."""
+"""Finds files that a capture names, and confines them to the capture's folder."""
 
 from collections.abc import Iterable
 from pathlib import Path, PureWindowsPath
@@ -7,14 +7,14 @@ from servoid.errors import CaptureError
 
 
 def check_inside(name: str, place: str) -> None:
-    """Check that a path or pattern that a file names stays in the capture's folder.
+    """Check that a path or pattern in a file stays inside the capture's folder.
 
     Raises:
-        CaptureError: it names nothing, is absolute, or goes up with '..'.
+        CaptureError: it is empty or no file name, is absolute, or goes up with '..'.
 
     """
     if "\0" in name or not Path(name).name:
-        raise CaptureError(f"{place}: {name!r} is no name of a file; write one such as 'a/b.png'")
+        raise CaptureError(f"{place}: {name!r} is not a file name; write one such as 'a/b.png'")
     windows = PureWindowsPath(name)
     parts = {*Path(name).parts, *windows.parts}
     if Path(name).is_absolute() or windows.drive or windows.root or ".." in parts:
@@ -25,7 +25,7 @@ def check_inside(name: str, place: str) -> None:
 
 
 def check_held(paths: Iterable[Path], folder: Path, place: str) -> None:
-    """Check that files lie in a capture's folder also when links on the way are followed.
+    """Check that files are inside a capture's folder after links on their paths are followed.
 
     Raises:
         CaptureError: a link leads out of the folder.
@@ -40,12 +40,12 @@ def check_held(paths: Iterable[Path], folder: Path, place: str) -> None:
         if not target.is_relative_to(home):
             raise CaptureError(
                 f"{place}: a link leads from {path} to {target}, out of the capture's folder "
-                f"{folder}; copy what it leads to into the folder"
+                f"{folder}; copy its target into the folder"
             )
 
 
 def is_file(path: Path) -> bool:
-    """Say if there is a file; a name that no file can have is none."""
+    """Return whether the path is a file; False for names that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):  # too long, for instance
@@ -53,7 +53,7 @@ def is_file(path: Path) -> bool:
 
 
 def is_folder(path: Path) -> bool:
-    """Say if there is a folder; a name that no folder can have is none."""
+    """Return whether the path is a folder; False for names that no folder can have."""
     try:
         return path.is_dir()
     except (OSError, ValueError):
@@ -68,7 +68,7 @@ def _is_link(path: Path) -> bool:
 
 
 def _followed(path: Path) -> Path:
-    """Return where the links of a path lead; a circle leads to itself, which no one can read."""
+    """Resolve the links of a path; a loop resolves to itself, which cannot be read."""
     try:
         return path.resolve()
     except (OSError, RuntimeError):
@@ -76,5 +76,5 @@ def _followed(path: Path) -> Path:
 
 
 def first_file(paths: Iterable[Path]) -> Path | None:
-    """Return the first path at which there is a file."""
+    """Return the first path that is a file."""
     return next((path for path in paths if is_file(path)), None)

@@ -1,4 +1,4 @@
-"""Reads files whole, and text of TOML and JSON; what is no file, or too large, is never opened."""
+"""Reads whole files and the text of TOML and JSON; never opens pipes, devices or huge files."""
 
 import re
 import stat
@@ -21,16 +21,16 @@ _KINDS = (
     (stat.S_ISCHR, "is a device"),
     (stat.S_ISBLK, "is a device"),
 )
-# A key of many parts: parsers of TOML take time with the square of their number.
+# A key of many parts: TOML parsers take time quadratic in their number.
 _PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MOST_NESTED}}}")
 
 
 def read_bytes(path: Path, error: type[ServoidError], limit: FileLimit) -> bytes:
-    """Return the content of a file of a kind, or raise `error` and say why that is impossible.
+    """Return the content of a file of a kind, or raise `error` with the reason.
 
-    A pipe, a device and a file beyond the limit are refused before they are opened: they may never
-    end, or not fit.
+    Pipes, devices and files beyond the limit are refused before they are opened: they may never
+    end, or not fit into memory.
     """
     check_regular(path, error, limit)
     try:
@@ -44,27 +44,27 @@ def read_bytes(path: Path, error: type[ServoidError], limit: FileLimit) -> bytes
 
 
 def check_regular(path: Path, error: type[ServoidError], limit: FileLimit | None = None) -> None:
-    """Check that a path leads to a file, not to a pipe or a device, and that it keeps to a limit.
+    """Check that a path is a file, not a pipe or a device, and that its size is within the limit.
 
     Raises:
-        error: it does not, or it is missing.
+        error: it is not, or it is missing.
 
     """
     try:
         status = path.stat()
     except OSError as reason:
         raise unreadable(path, reason, error) from reason
-    except ValueError as reason:  # a name with a zero in it
+    except ValueError as reason:  # a name that contains a null character
         raise error(f"cannot read {str(path)!r}: no file can have this name") from reason
     for is_kind, words in _KINDS:
         if is_kind(status.st_mode):
-            raise error(f"cannot read {path}: it {words} and no file; give a file")
+            raise error(f"cannot read {path}: it {words}, not a file; give a file")
     if limit is not None and status.st_size > limit.most_bytes:
         raise _too_large(path, error, limit)
 
 
 def unreadable(path: Path, reason: OSError, error: type[ErrorT]) -> ErrorT:
-    """Make the `error` that says why a file cannot be read."""
+    """Make the `error` that reports why a file cannot be read."""
     return error(f"cannot read {path}: {(reason.strerror or str(reason)).lower()}")
 
 
@@ -84,10 +84,10 @@ def read_text(
 
 
 def read_toml_text(path: Path, error: type[ServoidError]) -> tuple[dict[str, Any], str]:
-    """Return what a TOML file says, and its text.
+    """Return the content of a TOML file as a dict, and its text.
 
     Raises:
-        error: the file cannot be read, is no TOML, or is nested too deeply.
+        error: the file cannot be read, is not TOML, or is nested too deeply.
 
     """
     text = read_text(path, error, SETTINGS_FILE, "utf-8")
@@ -96,7 +96,7 @@ def read_toml_text(path: Path, error: type[ServoidError]) -> tuple[dict[str, Any
         line = text.count("\n", 0, deep.start()) + 1
         raise error(
             f"{path}, line {line}: a key has more than {MOST_NESTED} parts, the most that servoid "
-            "takes; shorten it"
+            "accepts; shorten it"
         )
     try:
         data = msgspec.toml.decode(text)
@@ -110,10 +110,10 @@ def read_toml_text(path: Path, error: type[ServoidError]) -> tuple[dict[str, Any
 
 
 def read_json(path: Path, error: type[ServoidError], limit: FileLimit) -> Any:
-    """Return what a JSON file says.
+    """Return the content of a JSON file.
 
     Raises:
-        error: the file cannot be read, is too large, is no JSON, or is nested too deeply.
+        error: the file cannot be read, is too large, is not JSON, or is nested too deeply.
 
     """
     content = read_bytes(path, error, limit)
@@ -128,7 +128,7 @@ def read_json(path: Path, error: type[ServoidError], limit: FileLimit) -> Any:
 
 
 def _check_depth(path: Path, data: Any, error: type[ServoidError]) -> None:
-    """Check that tables and lists do not lie too deep inside each other, level by level."""
+    """Check that tables and lists are not nested too deeply, level by level."""
     level = [data]
     for _ in range(MOST_NESTED):
         level = [inner for outer in level for inner in _inside(outer)]
@@ -138,16 +138,16 @@ def _check_depth(path: Path, data: Any, error: type[ServoidError]) -> None:
 
 
 def _check_numbers(path: Path, data: Any, error: type[ServoidError]) -> None:
-    """Check that whole numbers have 64 bits, as TOML has them: others fit into no other number."""
+    """Check that integers fit 64 bits, as in TOML; larger ones fit no other number type."""
     if isinstance(data, int) and not -_MOST_WHOLE <= data < _MOST_WHOLE:
-        raise error(f"{path}: {str(data)[:20]}... is no whole number of 64 bits; correct it")
+        raise error(f"{path}: {str(data)[:20]}... does not fit a 64-bit integer; correct it")
     if isinstance(data, (dict, list)):
         for value in data.values() if isinstance(data, dict) else data:
             _check_numbers(path, value, error)
 
 
 def _inside(data: Any) -> list[Any]:
-    """List the tables and lists that lie in a table or list."""
+    """List the tables and lists directly inside a table or list."""
     if not isinstance(data, (dict, list)):
         return []
     values = data.values() if isinstance(data, dict) else data
@@ -156,8 +156,7 @@ def _inside(data: Any) -> list[Any]:
 
 def _too_deep(path: Path, error: type[ErrorT]) -> ErrorT:
     return error(
-        f"{path} is nested too deeply: more than {MOST_NESTED} tables or lists lie inside each "
-        "other; write it anew"
+        f"{path} is nested too deeply: more than {MOST_NESTED} nested tables or lists; flatten it"
     )
 
 

@@ -1,4 +1,4 @@
-"""Turns parsed TOML or JSON into typed structs, and says of each key that does not fit why."""
+"""Converts parsed TOML or JSON to typed structs, and reports each key that does not fit."""
 
 import math
 import re
@@ -14,7 +14,7 @@ from servoid.errors import ServoidError
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)
 
-_MOST_TOLD = 8  # tables that lack keys
+_MOST_TOLD = 8  # tables with missing keys to report
 
 _PLAIN_WORDS = {
     "`array`": "a list",
@@ -28,10 +28,10 @@ _PLAIN_WORDS = {
 
 
 def read_toml(path: Path, struct: type[StructT], error: type[ServoidError]) -> StructT:
-    """Read a TOML file as a `struct`; what it leaves out keeps its default.
+    """Read a TOML file as a `struct`; missing keys keep their defaults.
 
     Raises:
-        error: the file cannot be read or is no TOML, or says what `convert` refuses.
+        error: the file cannot be read or is not TOML, or `convert` refuses its content.
 
     """
     data, text = read_toml_text(path, error)
@@ -47,9 +47,9 @@ def convert(
     *,
     known_only: bool = True,
 ) -> StructT:
-    """Convert parsed `data` to `struct`; `place` names the file, `text` is what it holds.
+    """Convert parsed `data` to `struct`; `place` names the file, and `text` is its content.
 
-    Without `known_only`, keys that `struct` does not have are passed over.
+    Unless `known_only` is set, keys that `struct` does not have are ignored.
 
     Raises:
         error: a key is unknown or missing, a value has the wrong type or range, a number is NaN.
@@ -57,7 +57,8 @@ def convert(
     """
     complaints = list(_wrong_keys(data, struct, (), text if known_only else None))
     if complaints:
-        # Of unknown keys the first is told, as others may follow from it; of missing ones all are.
+        # Only the first unknown key is reported, as others may follow from it; all missing keys
+        # are.
         unknown = [words for words, is_missing in complaints if not is_missing]
         told = unknown[:1] or [words for words, _ in complaints[:_MOST_TOLD]]
         raise error(place + "; ".join(told).replace("; , ", "; "))
@@ -70,11 +71,11 @@ def convert(
 
 
 def explained(reason: msgspec.ValidationError, data: Any, kind: Any, place: str) -> str:
-    """Say in plain words why `data` at a `place` is not of a `kind`, a struct or another type."""
+    """Explain in plain words why `data` at a `place` does not have the type `kind`."""
     what, _, where = str(reason).partition(" - at `$")
     path = where.rstrip("`").lstrip(".")
     at = f"{place}, {path}" if path else place
-    what = what.replace(" | null`", "`")  # that a key may also be left out
+    what = what.replace(" | null`", "`")  # do not mention that the key is optional
     for word, plain in _PLAIN_WORDS.items():
         what = what.replace(word, plain)
     what += _choices(kind, path) if what.startswith("Invalid enum value") else ""
@@ -83,12 +84,12 @@ def explained(reason: msgspec.ValidationError, data: Any, kind: Any, place: str)
 
 
 def is_finite(data: Any) -> bool:
-    """Say if no number in `data` is NaN or infinite."""
+    """Return whether no number in `data` is NaN or infinite."""
     return next(_not_finite(data, ()), None) is None
 
 
 def check_version(data: Any, place: str, error: type[ServoidError], kind: str) -> None:
-    """Check that parsed `data` says `version = 1`, before anything else is expected of it."""
+    """Check that parsed `data` has `version = 1`, before anything else is checked."""
     if not isinstance(data, dict):
         raise error(f"{place}: expected a table of keys and values, got {_kind(data)}")
     version = data.get("version")
@@ -98,7 +99,7 @@ def check_version(data: Any, place: str, error: type[ServoidError], kind: str) -
 
 
 def line_of(text: str, key: str, index: int = 0) -> int | None:
-    """Return the line, from 1, on which `key` is set for the time `index`, from 0, in TOML."""
+    """Return the line number, from 1, at which TOML text sets `key` for the `index`-th time."""
     matches = list(re.finditer(rf"^[ \t]*{re.escape(key)}[ \t]*=", text, re.MULTILINE))
     return text.count("\n", 0, matches[index].start()) + 1 if index < len(matches) else None
 
@@ -109,21 +110,21 @@ def _wrong_keys(
     where: tuple[str | int, ...],
     text: str | None,
 ) -> Iterator[tuple[str, bool]]:
-    """Say which keys are missing and, if there is the `text` of the file, which are unknown.
+    """Report missing keys and, if the `text` of the file is given, unknown keys.
 
-    A struct's `RENAMED` holds the new names of keys that it had. Each answer comes with whether it
-    is of missing keys.
+    A struct's `RENAMED` maps its former keys to their new names. Each message is paired with
+    whether it is about missing keys.
     """
     fields = {field.encode_name: field for field in msgspec.structs.fields(struct)}
     tag = struct.__struct_config__.tag_field
     known = f"known keys: {', '.join([tag, *fields] if tag else fields)}"
     for key in data:
         if key not in fields and key != tag and text is not None:
-            # A key that stands on several lines cannot be told apart by its name.
+            # A key that occurs on several lines cannot be located by its name.
             line = line_of(text, key) if line_of(text, key, 1) is None else None
             on = f", line {line}" if line else ""
             new = getattr(struct, "RENAMED", {}).get(key)
-            now = f", which is called '{new}' now" if new else ""
+            now = f", which is now called '{new}'" if new else ""
             yield f"{on}{_at(where)}: unknown key '{key}'{now}; {known}", False
     missing = [field for name, field in fields.items() if field.required and name not in data]
     if missing:
@@ -148,7 +149,7 @@ def _wrong_inside(
     where: tuple[str | int, ...],
     text: str | None,
 ) -> Iterator[tuple[str, bool]]:
-    """Say what is wrong with the keys of a table that may be one of several structs, by its tag."""
+    """Report wrong keys of a table that may be one of several structs, chosen by its tag."""
     tag = structs[0].__struct_config__.tag_field
     if tag is None:
         yield from _wrong_keys(data, structs[0], where, text)
@@ -163,7 +164,7 @@ def _wrong_inside(
 
 
 def _examples(fields: Sequence[msgspec.structs.FieldInfo]) -> str:
-    """Write values that keys may have as TOML has them, as far as their types give any."""
+    """Format example values of missing keys as TOML, where their types provide any."""
     values = {
         field.encode_name: meta.examples[0]
         for field in fields
@@ -185,7 +186,7 @@ def _structs_in(kind: Any) -> Iterator[type[msgspec.Struct]]:
 
 
 def _choices(kind: Any, path: str) -> str:
-    """Name what can be chosen in a struct at a path such as `joints.law`, or of a kind itself."""
+    """List the options of a field at a path such as `joints.law`, or of a type itself."""
     for name in re.sub(r"\[[^]]*\]", "", path).split(".") if path else []:
         inner = next(_structs_in(kind), None)
         fields = {} if inner is None else {f.encode_name: f for f in msgspec.structs.fields(inner)}
@@ -197,7 +198,7 @@ def _choices(kind: Any, path: str) -> str:
 
 
 def _given(data: Any, path: str) -> str:
-    """Say which plain value stands at a path such as `size_px[0]`, if one does."""
+    """Format the plain value at a path such as `size_px[0]`; empty if there is none."""
     try:
         for part in re.findall(r"[^.\[\]]+", path):
             data = data[int(part) if isinstance(data, (list, tuple)) else part]
@@ -222,7 +223,7 @@ def _not_finite(data: Any, where: tuple[str | int, ...]) -> Iterator[tuple[str |
 
 
 def _at(where: tuple[str | int, ...]) -> str:
-    """Write a place inside a file like msgspec does: `, camera[0].size_px[1]`."""
+    """Format a path inside a file as msgspec does: `, camera[0].size_px[1]`."""
     path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in where)
     return f", {path.lstrip('.')}" if path else ""
 

@@ -1,4 +1,4 @@
-"""Other people's formats, read and written."""
+"""Reads and writes file formats of other programs."""
 
 from servoid.exchange.bags import is_bag, open_bag
 from servoid.exchange.captures.bop import open_bop

@@ -1,4 +1,4 @@
-"""Tells by what lies in a folder who wrote it, and opens it as a capture."""
+"""Identifies a capture by the files in its folder, whatever program wrote it, and opens it."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,12 +25,12 @@ def open_any(
 ) -> Capture:
     """Open a capture, a COLMAP model, a transforms.json, a BOP scene or a bag.
 
-    `path` is the folder, or the file in it that says most. `bop_object` chooses the object of a BOP
-    scene by its index; `images` is the folder of a COLMAP model's images; `topics` and `world` are
-    those of `open_bag`.
+    `path` is the folder, or the main file in it. `bop_object` selects the object of a BOP scene by
+    its index; `images` is the folder of a COLMAP model's images; `topics` and `world` are those of
+    `open_bag`.
 
     Raises:
-        CaptureError: there is nothing that servoid can open, a file is malformed, or an argument
+        CaptureError: servoid can open nothing there, a file is malformed, or an argument
             belongs to another kind of capture.
         CameraError, ImageError, PoseError: as for the reader that opens it.
 
@@ -38,13 +38,11 @@ def open_any(
     path = Path(path)
     kind = _kind(path)
     if images is not None and kind != "colmap":
-        raise CaptureError(
-            f"{path} is no COLMAP model, and only such a one needs a folder of images"
-        )
+        raise CaptureError(f"{path} is not a COLMAP model, and only those take a folder of images")
     if bop_object is not None and kind != "bop":
-        raise CaptureError(f"{path} is no BOP scene, and only in such a one an object is chosen")
+        raise CaptureError(f"{path} is not a BOP scene, and only those take an object")
     if (topics or world is not None) and kind != "bag":
-        raise CaptureError(f"{path} is no bag, and only in such a one topics and frames are chosen")
+        raise CaptureError(f"{path} is not a bag, and only those take topics and frames")
     folder = path if is_folder(path) else path.parent
     if kind == "bag":
         return open_bag(path, topics, world=world)
@@ -56,7 +54,7 @@ def open_any(
 
 
 def is_capture(path: Path) -> bool:
-    """Say whether `open_any` knows what lies in a folder, without reading it."""
+    """Return whether `open_any` recognises what is in a folder, without reading it."""
     try:
         _kind(path)
     except CaptureError:
@@ -65,12 +63,12 @@ def is_capture(path: Path) -> bool:
 
 
 def holds_capture_file(path: Path) -> bool:
-    """Say if what lies there is servoid's own: a capture.toml."""
+    """Return whether the path holds servoid's own format: a capture.toml."""
     return is_capture(path) and _kind(path) == "capture"
 
 
 def holds_bag(path: Path) -> bool:
-    """Say if what lies there is a bag, or a folder with one."""
+    """Return whether the path is a bag, or a folder with one."""
     return is_capture(path) and _kind(path) == "bag"
 
 
@@ -84,11 +82,11 @@ def _kind(path: Path) -> str:
             return "bag"
         if path.suffix not in (".json", ".toml"):
             raise CaptureError(
-                f"{path} is no capture; name a folder with a capture.toml, which says which camera "
-                'took a video or images, such as images = "film.mp4"'
+                f"{path} is not a capture; name a folder with a capture.toml, which gives the "
+                'camera of a video or images, such as images = "film.mp4"'
             )
         return "nerfstudio" if path.suffix == ".json" else "capture"
-    # Captures first: who wrote a capture.toml beside other files wants it read.
+    # Captures first: a capture.toml beside other files takes precedence.
     if is_file(path / "capture.toml"):
         return "capture"
     if is_file(path / nerfstudio.FILE_NAME):

@@ -1,4 +1,4 @@
-"""Modelling: views of an unknown object become a body of a few ellipsoids."""
+"""Modelling: fits a body of a few ellipsoids to views of an unknown object."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Tells by depth what cannot be the object: it lies far before or behind the seen points."""
+"""Excludes by depth what cannot be the object: pixels far before or behind the range samples."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,12 +9,12 @@ from servoid.model.range_samples import RangeSamples
 from servoid.pose import exact
 from servoid.stereo import rough_depth
 
-_MARGIN = 1.0  # around the seen points, as a share of how wide they are: an object is as deep
-_LEAST_SHARE = 0.1  # of the nearest seen point's depth, whatever the margin
-_WRONG = 0.02  # share of seen points that may be wrong, at either end
-_BORDER_PX = 5  # by which a measured border may be wrong; a speck that is no wider is an error
-_GRID_PX = 4  # between pixels that are carried to the other view
-_DEPTHS = 24  # at which they are
+_MARGIN = 1.0  # around the samples, as a share of their width: an object is as deep as wide
+_LEAST_SHARE = 0.1  # of the nearest sample's depth, a lower bound for the margin
+_WRONG = 0.02  # share of samples that may be wrong, at either end
+_BORDER_PX = 5  # error of a measured depth edge; specks that are no wider are errors
+_GRID_PX = 4  # spacing of the pixels that are projected into the other view
+_DEPTHS = 24  # number of depths at which they are projected
 
 Mask = NDArray[np.uint8]
 
@@ -28,19 +28,19 @@ def gate_by_depth(
 ) -> NDArray[np.bool_]:
     """Find the pixels of a region that show something clearly before or behind the object.
 
-    The object is as deep as its seen points, and as they are wide on both sides of them. A pixel
-    shows something else if its depth is another, by the view's own depth image or measured with
-    the twin, or if at no depth of the object the twin's mask holds what it shows.
+    The object's depth range is that of its range samples, extended on both sides by their width. A
+    pixel shows something else if its depth is outside that range, by the view's own depth image or
+    by stereo with the twin, or if it projects outside the twin's mask at every depth of the object.
 
     Args:
-        view: a view that does not say where the object is.
-        image: (H, W, 3) uint8, what it shows.
+        view: a view without a mask.
+        image: (H, W, 3) uint8, the view's image.
         twin: a view of the same instant that has a mask, or None.
-        samples: seen points of the object.
-        region: (H, W) uint8, non-zero where it is asked.
+        samples: range samples of the object.
+        region: (H, W) uint8, non-zero in the pixels to classify.
 
     Returns:
-        (H, W) bool; False everywhere if nothing is known of the depth.
+        (H, W) bool; False everywhere if no depth is known.
 
     Raises:
         CaptureError, ImageError, MaskError: a file cannot be used.
@@ -64,7 +64,7 @@ def gate_by_depth(
 
 
 def _range(view: CaptureView, samples: RangeSamples) -> tuple[float, float]:
-    """Give the depths in a view between which the object lies."""
+    """Return the range of depths in a view between which the object lies."""
     points = view.world_from_camera.inverse().transform(samples.points)
     low, high = np.quantile(points, (_WRONG, 1.0 - _WRONG), axis=0)
     margin = _MARGIN * exact.norm((high - low)[:2])
@@ -74,7 +74,7 @@ def _range(view: CaptureView, samples: RangeSamples) -> tuple[float, float]:
 def _depth(
     view: CaptureView, image: NDArray[np.uint8], twin: CaptureView | None, region: Mask
 ) -> NDArray[np.float32] | None:
-    """Give the depth in a region of a view, NaN where it is open; None if it cannot be measured."""
+    """Return the depth in a region of a view, NaN where unknown; None if it cannot be measured."""
     depth = view.depth()
     if depth is not None:
         return np.where(depth > 0.0, depth, np.float32(np.nan)).astype(np.float32)
@@ -92,9 +92,9 @@ def _depth(
 def _held(
     view: CaptureView, twin: CaptureView, nearest: float, farthest: float
 ) -> NDArray[np.bool_]:
-    """Say which pixels, carried to the twin, fall into its mask or out of its image at a depth.
+    """Return the pixels that project into the twin's mask or out of its image at some depth.
 
-    The answer is true for some pixels more, since only a grid of pixels is carried.
+    Only a grid of pixels is projected, so that some more pixels are True.
     """
     import cv2
 

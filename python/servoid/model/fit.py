@@ -1,4 +1,4 @@
-"""Models a body: from views, from a capture with targets, from a mesh or from a point cloud."""
+"""Models a body from views, from a capture with targets, from a mesh or from a point cloud."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -32,11 +32,11 @@ _MOST_CHOSEN = 12
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """How a body is to be modelled; None takes the core's default.
+    """How to model a body; None takes the core's default.
 
-    With neither `max_ellipsoids` nor `delta` the count is chosen by evidence that is held out.
-    Weights say how often each kind of evidence counts. With `trust_targets` a target that may mean
-    several objects is used all the same, and a note of the result says so.
+    With neither `max_ellipsoids` nor `delta`, held-out evidence selects the count of ellipsoids.
+    The weights scale each kind of evidence. With `trust_targets`, an ambiguous target is used
+    anyway, and a note of the result reports it.
     """
 
     max_ellipsoids: int | None = None
@@ -50,7 +50,7 @@ class Request:
     progress: Callable[[Progress], None] | None = None
 
     def settings(self) -> ModelSettings:
-        """Return the settings as the core takes them."""
+        """Return the settings in the core's form."""
         free = self.max_ellipsoids is None and self.delta is None
         return ModelSettings(
             max_ellipsoids=_MOST_CHOSEN if free else self.max_ellipsoids,
@@ -67,7 +67,7 @@ class Request:
         mesh: Mesh | None = None,
         range_samples: RangeSamples = NO_RANGE_SAMPLES,
     ) -> ModelInput:
-        """Join evidence with how often each kind of it counts."""
+        """Combine the evidence with the weight of each kind."""
         return ModelInput(
             views=views,
             mesh=mesh,
@@ -91,17 +91,21 @@ def fit(
     threads: int | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> ModelResult:
-    """Model a body from the views that the slice `views` selects; the rest only judge it.
+    """Model a body from the views that the slice `views` selects; the rest only validate it.
 
-    All views have masks: they are those of a capture, or each a `View` made of arrays. To these
-    belong `images`, (H, W, 3) uint8 RGB, one a view, which give the ellipsoids their colours;
-    without, all are grey. With `delta` 0 the count goes up to `max_ellipsoids`; otherwise it stops
-    where one more raises the fitness by less than `delta`; with neither it is chosen by views that
-    are held out. `progress` is called on the caller's thread after each ellipsoid; an exception
-    that it raises ends the modelling and comes out here, and so does Ctrl-C.
+    All views have masks. They are views of a capture, or each is a `View` made of arrays. For
+    these, `images`, (H, W, 3) uint8 RGB, one per view, give the ellipsoids their colours; without
+    images, all ellipsoids are grey.
+
+    With `delta` 0, the count of ellipsoids grows to `max_ellipsoids`. With another `delta`, it
+    stops where one more ellipsoid raises the fitness by less. With neither, held-out views select
+    it.
+
+    `progress` is called on the caller's thread after each ellipsoid. An exception that it raises,
+    or Ctrl-C, stops the modelling and propagates to the caller.
 
     Raises:
-        ModelError: no view is selected, the views see no common point, or a setting is out of
+        ModelError: no view is selected, the views have no common point, or a setting is out of
             range.
         ImageError, MaskError: a file of a view cannot be used, or images do not fit the views.
 
@@ -123,9 +127,9 @@ def fit_views(
     *,
     start: float | None = None,
 ) -> ModelResult:
-    """Model a body from used views and seen points; unused views judge it.
+    """Model a body from used views and range samples; the unused views validate it.
 
-    `start` is when the work began, by `time.perf_counter`.
+    `start` is the time when the work began, from `time.perf_counter`.
 
     Raises:
         ModelError, ImageError, MaskError: as for `fit`.
@@ -135,7 +139,7 @@ def fit_views(
     settings = request.settings()
     if request.progress is not None:
         request.progress(Progress(0, 0.0, 0.0, stage="reading images"))
-    # Files are read first, so that a damaged one is found before the long work.
+    # Read files first, so that a damaged one is reported before the long computation.
     read = in_parallel(_read, [*used, *unused])
     native = [view for view, _ in read]
     native_used, native_unused = native[: len(used)], native[len(used) :]
@@ -170,14 +174,13 @@ def fit_mesh(
     *,
     notes: Sequence[str] = (),
 ) -> ModelResult:
-    """Model a body from a closed mesh: its volume and its silhouettes together.
+    """Model a body from a closed mesh: from its volume and its silhouettes together.
 
-    `vertices` is (V, 3) numbers in metres, `faces` (F, 3) whole ones, counter-clockwise from
-    outside.
+    `vertices` is (V, 3), in metres; `faces` is (F, 3) integers, counter-clockwise from outside.
 
     Raises:
-        BodyError: the mesh is not closed or holds nothing.
-        MeshError: it is so thin that no picture shows it.
+        BodyError: the mesh is not closed, or its volume is zero.
+        MeshError: the mesh is so thin that no silhouette shows it.
         ModelError: a setting is out of range.
 
     """
@@ -185,21 +188,21 @@ def fit_mesh(
     given = request.given(mesh=Mesh(vertices=vertices, faces=faces))
     try:
         return _fit_shape(given, NO_RANGE_SAMPLES, request, notes)
-    except MaskError as error:  # it is looked at from all sides, and none of them shows it
+    except MaskError as error:  # no silhouette from any side shows it
         sides = np.sort(_sides(np.asarray(vertices, np.float64)))[::-1]
         raise MeshError(
             f"the mesh is too thin to be modelled: it is {' x '.join(map(digits, sides))} m large; "
-            "ellipsoids need a solid, so give it thickness, or model its parts by themselves"
+            "ellipsoids need a solid: give it thickness, or model its parts separately"
         ) from error
 
 
 def fit_range_samples(
     samples: RangeSamples, request: Request | None = None, *, notes: Sequence[str] = ()
 ) -> ModelResult:
-    """Model a body from seen points of its surface alone.
+    """Model a body from range samples of its surface alone.
 
     Raises:
-        ModelError: there are too few points, or a setting is out of range.
+        ModelError: there are too few samples, or a setting is out of range.
 
     """
     request = request or Request()
@@ -207,7 +210,7 @@ def fit_range_samples(
 
 
 def _sides(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how long a mesh is along its principal axes, (3,) float64 in metres."""
+    """Return the lengths of a mesh along its principal axes, (3,) float64 in metres."""
     offsets = vertices - vertices.mean(axis=0)
     _, axes = exact.eigh(exact.product(offsets.T, offsets))
     return np.ptp(exact.product(offsets, axes), axis=0)
@@ -239,7 +242,7 @@ def _plain(body: Body) -> NDArray[np.uint8]:
 def _of_capture(
     views: Sequence[CaptureView] | Sequence[View], images: Sequence[NDArray[np.uint8]] | None
 ) -> Sequence[CaptureView]:
-    """Return views of a capture; views of arrays become such with their images."""
+    """Return views of a capture; convert views of arrays, with their images."""
     of_files = [view for view in views if isinstance(view, CaptureView)]
     of_arrays = [view for view in views if isinstance(view, View)]
     if of_arrays and len(of_arrays) == len(views):
@@ -247,10 +250,10 @@ def _of_capture(
     if len(of_files) == len(views) and images is None:
         return of_files
     if len(of_files) == len(views):
-        raise ModelError("views of a capture have images of their own; leave images out")
+        raise ModelError("views of a capture have their own images; leave images out")
     other = next((one for one in views if not isinstance(one, CaptureView | View)), views[0])
     raise ModelError(
-        f"views must all be of a capture, or all be of arrays, as View(camera=, "
+        f"views must all be of a capture, or all be made of arrays, as View(camera=, "
         f"world_from_camera=, mask=), but one is of type {type(other).__name__}"
     )
 
@@ -258,7 +261,7 @@ def _of_capture(
 def divide(
     capture_views: Sequence[CaptureView], chosen: slice
 ) -> tuple[list[CaptureView], list[CaptureView]]:
-    """Divide views into those that a slice selects and the rest.
+    """Split views into those that a slice selects and the rest.
 
     Raises:
         ModelError: the slice selects none.
@@ -280,14 +283,14 @@ def divide(
 
 
 def _write_slice(chosen: slice) -> str:
-    """Write a slice as people type it: `0:16:2`."""
+    """Format a slice as it is typed: `0:16:2`."""
     return ":".join(
         "" if part is None else str(part) for part in (chosen.start, chosen.stop, chosen.step)
     )
 
 
 def _read(view: CaptureView) -> tuple[View, bool]:
-    """Read a view, and say if its mask touches all borders."""
+    """Read a view, and return it with whether its mask touches all borders."""
     mask = view.mask()
     return view.view(mask), touches_all_borders(mask)
 

@@ -1,4 +1,4 @@
-"""Models what a capture shows, from what little may be known of it: the whole way of one look."""
+"""Models the object of a capture from whatever masks, targets and depth it has."""
 
 import time
 from collections.abc import Sequence
@@ -30,10 +30,10 @@ from servoid.words import were
 
 _ONE_SIDE_DEG = 90.0
 NO_METRES = (
-    "lengths are not in metres: nothing told the capture's scale (metric = false in its "
+    "lengths are not in metres: the capture's scale is unknown (metric = false in its "
     "capture.toml); give the scan a length, a board or a baseline"
 )
-"""What is noted of a capture without a scale."""
+"""The note on a capture without a scale."""
 
 
 def fit_capture(
@@ -45,19 +45,21 @@ def fit_capture(
     views: slice = slice(None),
     distance_m: float | None = None,
 ) -> ModelResult:
-    """Model the object of a capture, whatever the capture says of it.
+    """Model the object of a capture.
 
-    Views say where the object is by their masks or by `targets`; where only one does, or targets
-    do, the others get masks of their own, found by colours and a growing body. Depth images are
-    used where there are any; where all views look from one side, the depth of stereo pairs is
-    measured. `observations` chooses instants (default: all, of a recording the one with the
-    target), `views` chooses the views to model from; the others judge the body. `distance_m` is how
-    far the object is, which one image without depth does not say.
+    Masks in the capture, or `targets`, mark the object in some views. Where only one view has a
+    mask, or targets mark the object, the masks are propagated to the other views by colours and a
+    growing body. Depth images are used where there are any. If all views look from one side, depth
+    is measured from stereo pairs.
+
+    `observations` selects instants (default: all; of a recording, the one with the target). `views`
+    selects the views to model from; the others validate the body. `distance_m` is the distance of
+    the object, which a single image without depth cannot determine.
 
     Raises:
-        DoubtError: a target may mean several objects, and the request does not trust it.
-        TargetError: nothing says where the object is, or it is not found.
-        ModelError: too few views, views that see no common point, or a setting out of range.
+        DoubtError: a target is ambiguous, and the request does not trust it.
+        TargetError: nothing marks the object, or it is not found.
+        ModelError: too few views, views that have no common point, or a setting out of range.
         CameraError, CaptureError, ImageError, MaskError: a file cannot be used.
 
     """
@@ -81,9 +83,9 @@ def fit_capture(
     used, unused = divide(known, views)
     if len(used) == 1 and not len(samples):
         raise ModelError(
-            f"{used[0].name} is the only view that was chosen to model from: one picture cannot "
-            "tell a small near object from a large far one; choose more views, or take this one "
-            "alone and say how far away the object is: "
+            f"{used[0].name} is the only view that was chosen to model from: one image cannot "
+            "distinguish a small near object from a large far one; choose more views, or use this "
+            "one alone and give the distance of the object: "
             f"--observations {used[0].index}:{used[0].index + 1} --distance 0.6"
         )
     result = fit_views(used, unused, samples, request, start=start)
@@ -98,10 +100,10 @@ def mark_everywhere(
     targets: Sequence[Target] = (),
     observations: slice | None = None,
 ) -> list[CaptureView]:
-    """Give all views masks in which the object can be found, beginning with those that have some.
+    """Make masks for all views in which the object can be found, from those that have some.
 
     Raises:
-        As for `fit_capture`; views in which the object is not found are left out.
+        As for `fit_capture`; views in which the object is not found are omitted.
 
     """
     request = request or Request()
@@ -127,7 +129,7 @@ def fit_capture_by_paper(
 ) -> ModelResult:
     """Model the object of a capture by the paper's own method: hue, points and a plain GA.
 
-    The hue window is that of a `HueTarget`, or else found in the first view that is marked.
+    The hue window is that of a `HueTarget`; without one, it is found in the first marked view.
 
     Raises:
         As for `fit_capture`.
@@ -185,25 +187,25 @@ def _distance(distance_m: float | None, alone: bool) -> float:
     if distance_m is None:
         raise ModelError(
             "modelling needs at least two views from different places, but 1 was given: one "
-            "picture cannot tell a small near object from a large far one; say how far away the "
-            "object is in metres, such as --distance 0.6"
+            "image cannot distinguish a small near object from a large far one; give the distance "
+            "of the object in metres, such as --distance 0.6"
         )
     if not alone:
         raise ModelError(
-            "a distance is meant for one image without depth, and here several images or a depth "
-            "image say how far the object is; leave the distance out"
+            "a distance is for one image without depth; here, several images or a depth "
+            "image determine it; leave the distance out"
         )
     return distance_m
 
 
 def _from_one_side(views: Sequence[CaptureView]) -> bool:
-    """Say if all cameras look in about the same direction."""
+    """Return whether all cameras look in about the same direction."""
     axes = np.array([view.world_from_camera.matrix()[:3, 2] for view in views])
     return bool(exact.product(axes, axes.T).min() > exact.cos(np.radians(_ONE_SIDE_DEG)))
 
 
 def _measured(marked: Marked, notes: list[str]) -> RangeSamples:
-    """Measure depth in each marked view that has another of the same instant."""
+    """Measure the depth in each marked view that has another view of the same instant."""
     parts = []
     for view in marked.views:
         others = [*marked.views, *marked.others]
@@ -220,7 +222,7 @@ def _measured(marked: Marked, notes: list[str]) -> RangeSamples:
 def _with_spread(
     marked: Marked, samples: RangeSamples, request: Request, notes: list[str]
 ) -> list[CaptureView]:
-    """Give the other views masks, and list all views in their order."""
+    """Propagate masks to the other views, and list all views in their order."""
     tell = request.progress
 
     def show(share: float) -> None:
@@ -239,7 +241,7 @@ def _with_spread(
     except (ModelError, TargetError) as error:
         if not len(samples):
             raise
-        # One view and its depth are enough.
+        # One view with depth is enough.
         notes.append(f"only views with a mask were used: {error}")
         found = []
     missed = len(marked.others) - len(found)

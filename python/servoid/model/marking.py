@@ -1,4 +1,4 @@
-"""Marks the object in a capture: chooses the views, and finds what the targets mean in them."""
+"""Marks the object in a capture: selects the views, and finds the objects that targets mean."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ from servoid.words import counted
 
 @dataclass(frozen=True)
 class Marked:
-    """The views of a capture that may be used: those that say where the object is, and others.
+    """The usable views of a capture: those with a mask, and the others.
 
-    `from_targets` says if a target marked the first ones, and not the capture's own masks; `notes`
-    are what a person should know of what they found.
+    `from_targets` is true if targets marked the first ones, and not the capture's own masks;
+    `notes` are messages for the user on what the targets found.
     """
 
     views: tuple[CaptureView, ...]
@@ -30,17 +30,16 @@ def mark(
     *,
     trusted: bool = False,
 ) -> Marked:
-    """Find the object in a capture: by targets, or else by the capture's masks.
+    """Find the object in a capture by targets, or without targets by the capture's masks.
 
-    Targets are in the pixels of the images as they were recorded, with the lens's distortion. With
-    `trusted` a target that may mean several objects is used all the same, and a note says so.
-    Without `observations` all are used, except in a recording, where the object may move: there it
-    is the one that shows where the object is. A target that names no view is meant for the first
-    one, a hue window for all.
+    Targets are in the pixels of the recorded images, with the lens's distortion. With `trusted`, an
+    ambiguous target is used anyway, and a note reports it. Without `observations`, all are used,
+    except in a recording, where the object may move: there, the one in which the object is marked.
+    A target that names no view applies to the first one, a hue window to all.
 
     Raises:
-        DoubtError: a target may mean several objects.
-        TargetError: nothing says where the object is, a target names no view, or finds nothing.
+        DoubtError: a target is ambiguous.
+        TargetError: nothing marks the object, a target names no view, or finds nothing.
         ImageError, MaskError: a file cannot be used.
 
     """
@@ -52,7 +51,7 @@ def mark(
             try:
                 marked[view.name] = _found(target, view, notes, trusted=trusted)
             except TargetError:
-                # A hue window may hold nothing in some of the views, but not in all.
+                # A hue window may match nothing in some of the views, but not in all.
                 if not isinstance(target, HueTarget) or target.view is not None:
                     raise
     if targets and not marked:
@@ -64,7 +63,7 @@ def mark(
         marked = {view.name: view for view in views if view.has_mask}
     if not marked:
         raise TargetError(
-            f"{capture.path}: no usable view: nothing says where the object is; give at least one "
+            f"{capture.path}: no usable view: nothing marks the object; give at least one "
             f"image a mask, or mark the object in one, such as {_example(views)}"
         )
     kept = [marked.get(view.name, view) for view in views]
@@ -78,7 +77,7 @@ def mark(
 
 
 def _found(target: Target, view: CaptureView, notes: list[str], *, trusted: bool) -> CaptureView:
-    """Return a view with the mask that a target means in it, as it was recorded."""
+    """Return a view with the mask that a target finds in its recorded image."""
     image, metres = view.recorded_image(), view.recorded_depth()
     depth = None if metres is None else Depth(metres, view.lens.focal_px[0])
     found = seek_object(target, image, depth)
@@ -98,7 +97,7 @@ def _chosen(
         kept = set(range(len(capture))[observations])
         if not kept:
             raise TargetError(
-                f"{capture.path}: the range of observations holds none of the {len(capture)}; "
+                f"{capture.path}: the range of observations selects none of the {len(capture)}; "
                 f"choose among 0 to {len(capture) - 1}"
             )
         return [view for view in views if view.index in kept]

@@ -1,4 +1,4 @@
-"""Finds the object in views that do not say where it is: colours and a growing body, in turn."""
+"""Finds the object in views without masks, alternating between colours and a growing body."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,13 +15,14 @@ from servoid.model.running import in_parallel
 from servoid.segment import grow_mask
 
 _ROUGH_ELLIPSOIDS = 4
-# For each round, as shares of the silhouette's size: how deep inside it the object is certain, and
-# how far beyond it the object may reach; and the ellipsoids of the body that is fitted then.
+# For each round, as shares of the silhouette's size: the depth inside it at which the object is
+# certain, and the distance to which the object may extend beyond it; and the number of ellipsoids
+# of the body that is then fitted.
 _INSIDE = (0.25, 0.10)
 _BEYOND = (0.30, 0.15)
 _ELLIPSOIDS = (6, 8)
-_POINT_PX = 5  # seen points nearer to each other than this leave no gap
-_LEAST_OVERLAP = 0.5  # of a mask with the body that it was grown from
+_POINT_PX = 5  # range samples nearer to each other than this leave no gap
+_LEAST_OVERLAP = 0.5  # of a mask with the body from which it was grown
 
 Mask = NDArray[np.uint8]
 
@@ -35,16 +36,16 @@ def propagate_masks(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[CaptureView]:
-    """Give views without a mask one, by what is known from views that have one.
+    """Make masks for views without one, from views that have masks.
 
-    Colours of object and background are learned where the object is marked. A rough body that
-    agrees with them in all views says where to look in each; there GrabCut finds a mask among what
-    lies as far as the seen points, as far as that is measured; a better body is fitted to all
-    masks, and so on. A view in which mask and body do not agree is left out.
-    `progress` is called with the share done.
+    The colours of object and background are learned in the marked views. A rough body that agrees
+    with them in all views predicts the silhouette in each. GrabCut finds a mask near it, excluding
+    pixels at another depth where the depth is known. A better body is fitted to all masks, and the
+    steps are repeated. Views in which mask and body disagree are omitted. `progress` is called with
+    the share done.
 
     Raises:
-        ModelError: the place of the object is open: too few views, or all in one line.
+        ModelError: the object's position is undetermined: too few views, or all in one line.
         TargetError: the object is found in none of the other views.
         CaptureError, ImageError: an image or a depth image cannot be used.
 
@@ -68,7 +69,7 @@ def propagate_masks(
         found = _masked(body, pictures, samples, turn)
         if not found:
             raise TargetError(
-                "the object is found in none of the views without a mask: its colours there are "
+                "the object was found in none of the views without a mask: its colours there are "
                 "those of the background, or the poses are wrong; mark it in more views"
             )
         if turn + 1 < len(_ELLIPSOIDS):
@@ -79,7 +80,7 @@ def propagate_masks(
 
 @dataclass(frozen=True)
 class _Picture:
-    """A view without a mask, its image, and (H, W) bool where its depth is not the object's."""
+    """A view without a mask, its image, and (H, W) bool where the depth is not the object's."""
 
     view: CaptureView
     image: NDArray[np.uint8]
@@ -93,7 +94,7 @@ def _pictures(
     images: Sequence[NDArray[np.uint8]],
     samples: RangeSamples,
 ) -> list[_Picture]:
-    """Ask once what lies at another depth, as far around a first body as later ones reach."""
+    """Gate by depth once, in a region around the first body that later bodies do not leave."""
     twins = {view.index: view for view in marked}
 
     def picture(pair: tuple[CaptureView, NDArray[np.uint8]]) -> _Picture:
@@ -106,7 +107,7 @@ def _pictures(
 
 
 def _around(silhouette: Mask, share: float) -> Mask:
-    """Widen a silhouette by a share of its size."""
+    """Dilate a silhouette by a share of its size."""
     import cv2
 
     if not silhouette.any():
@@ -132,7 +133,7 @@ def _masked(
 
 
 def _seen(samples: RangeSamples, view: CaptureView) -> Mask:
-    """Draw where a view sees the points of the surface that are known."""
+    """Draw the pixels in which a view sees the range samples."""
     import cv2
 
     width, height = view.camera.size_px
@@ -147,7 +148,7 @@ def _seen(samples: RangeSamples, view: CaptureView) -> Mask:
 
 
 def _grown(picture: _Picture, body: Body, samples: RangeSamples, turn: int) -> Mask | None:
-    """Grow a mask about a body's silhouette; None where image and silhouette do not agree."""
+    """Grow a mask from a body's silhouette; None where image and silhouette disagree."""
     import cv2
 
     view = picture.view

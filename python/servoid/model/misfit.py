@@ -7,16 +7,17 @@ from numpy.typing import NDArray
 
 from servoid.words import counted
 
-_LEAST_OF_ONE = 0.3  # an intersection over union below which a view shows something else
-_LEAST_OF_ALL = 0.6  # their mean below which the body is not the object
-_CURE = "check poses, calibration and masks, and use the body for nothing before"
+_LEAST_OF_ONE = 0.3  # an intersection over union below which a view contradicts the body
+_LEAST_OF_ALL = 0.6  # their mean, below which the body is not the object
+_CURE = "check poses, calibration and masks, and do not use the body until then"
 _BORDERS = 4
 
 
 def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> list[str]:
-    """Say in sentences which views a body does not explain; none if it explains all.
+    """Report which views a body does not fit; empty if it fits all.
 
-    `kind` is used or unused, `names` are the views', `ious` (V,) float64 how they agree with it.
+    `kind` is used or unused, `names` are the views' names, `ious` (V,) float64 their overlap with
+    the body.
     """
     if not len(ious):
         return []
@@ -24,32 +25,32 @@ def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> 
     notes = []
     if mean < _LEAST_OF_ALL:
         notes.append(
-            f"the body is not what the {kind} views show: its silhouettes overlap their masks by "
-            f"{mean:.2f} on average (intersection over union), and right ones do by 0.9 or so; "
+            f"the body does not fit the {kind} views: its silhouettes overlap their masks by "
+            f"{mean:.2f} on average (intersection over union), a good body reaches about 0.9; "
             f"{_CURE}"
         )
     bad = int((ious < _LEAST_OF_ONE).sum())
     if bad:
         what = f"view {names[worst]}" if len(ious) == 1 else f"{bad} of {len(ious)} {kind} views"
         notes.append(
-            f"the body does not explain {what}: in {names[worst]} its silhouette overlaps the "
+            f"the body does not fit {what}: in {names[worst]} its silhouette overlaps the "
             f"mask by {ious[worst]:.2f} (intersection over union); {_CURE}"
         )
     return notes
 
 
 def touches_all_borders(mask: NDArray[np.uint8]) -> bool:
-    """Say if a mask, (H, W) uint8, has pixels of the object at all four borders of its image."""
+    """Return whether a mask, (H, W) uint8, touches all four borders of its image."""
     borders = (mask[0], mask[-1], mask[:, 0], mask[:, -1])
     return sum(bool(border.any()) for border in borders) == _BORDERS
 
 
 def swapped_note(touching: Sequence[bool]) -> str | None:
-    """Say that masks look as if black and white were swapped, if most touch all borders."""
+    """Report that masks look inverted (black and white swapped), if most touch all borders."""
     count = sum(touching)
     if 2 * count <= len(touching):
         return None
     return (
         f"{counted(count, 'mask')} of {len(touching)} {'touches' if count == 1 else 'touch'} all "
-        "four borders of the image: are black and white swapped? What is not zero is the object"
+        "four borders of the image: are black and white swapped? Non-zero pixels are the object"
     )

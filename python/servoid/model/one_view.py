@@ -1,4 +1,4 @@
-"""Models an object from one image alone, whose distance somebody knows."""
+"""Models an object from a single image and the distance of the object."""
 
 import math
 import time
@@ -20,24 +20,24 @@ from servoid.model.result import Coverage, ModelResult
 
 
 def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> ModelResult:
-    """Model the object of one image, taken as thick as its outline is wide.
+    """Model the object of one image, assuming that it is as thick as its outline is wide.
 
-    `distance_m` is how far the middle of the object is from the camera, along its axis.
+    `distance_m` is the distance of the object's middle from the camera, along the camera's axis.
 
     Raises:
-        ModelError: the distance is none, or a setting is out of range.
+        ModelError: the distance is not positive and finite, or a setting is out of range.
         CameraError, ImageError, MaskError: a file cannot be used.
 
     """
     start = time.perf_counter()
     if not (math.isfinite(distance_m) and distance_m > 0.0):
-        raise ModelError(f"a distance of {distance_m} m means nothing; give metres above 0")
+        raise ModelError(f"the distance is {distance_m} m; give a positive number of metres")
     result = fit_views([view], [], range_samples_of_outline(view, distance_m), request, start=start)
     note = (
         f"one image shows no depth: the object is taken to be {distance_m:g} m away and as thick "
         "as its outline is wide"
     )
-    # What was supposed is not what was seen.
+    # The assumed thickness was not observed.
     coverage = Coverage.of(result.body, result.native_used, NO_RANGE_SAMPLES)
     return replace(
         result, range_samples=NO_RANGE_SAMPLES, coverage=coverage, notes=(*result.notes, note)
@@ -45,10 +45,10 @@ def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> Mode
 
 
 def range_samples_of_outline(view: CaptureView, distance_m: float) -> RangeSamples:
-    """Suppose where the surface is, in front and behind, that has the outline of a view's mask.
+    """Construct an assumed surface, front and back, with the outline of a view's mask.
 
-    The supposed object is a union of balls, one in each largest disc that fits into the outline,
-    with their centres on a plane across the camera's axis.
+    The assumed object is a union of balls, one in each maximal disc inside the outline. Their
+    centres lie on a plane across the camera's axis.
     """
     mask, camera = view.mask(), view.camera
     focal_px = math.sqrt(camera.focal_px[0] * camera.focal_px[1])
@@ -61,17 +61,18 @@ def range_samples_of_outline(view: CaptureView, distance_m: float) -> RangeSampl
 
 
 def half_thickness_px(mask: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return how far the balls in an outline reach towards the camera, (H, W), in pixels.
+    """Return how far the balls in an outline extend towards the camera, (H, W), in pixels.
 
-    `mask` is (H, W) uint8, non-zero on the object; the answer is 0 elsewhere.
+    `mask` is (H, W) uint8, non-zero on the object; the result is 0 elsewhere.
     """
     import cv2
 
     inside = (np.pad(mask, 1) != 0).astype(np.uint8)
     distance = cv2.distanceTransform(inside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    # OpenCV's last bits hang on how many threads it has; squares of true distances are whole.
+    # OpenCV's last bits depend on its number of threads; the squares of true distances are
+    # integers.
     radius = np.sqrt(np.rint(np.square(distance.astype(np.float64))))
-    # A disc is one of the largest if no neighbour's is larger by the way to it.
+    # A disc is maximal if no neighbour's disc is larger by at least the distance to it.
     largest = (inside > 0) & (radius > cv2.dilate(radius, np.ones((3, 3))) - 0.6)
     reach_squared = np.zeros_like(radius)
     for row, column in np.argwhere(largest).tolist():
@@ -80,7 +81,7 @@ def half_thickness_px(mask: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def _raise_ball(reach_squared: NDArray[np.float64], row: int, column: int, radius: float) -> None:
-    """Put a ball among the others: the farthest reach counts, squared."""
+    """Add a ball to the union: keep the maximum of the squared extents."""
     size = int(radius)
     rows = np.arange(max(row - size, 0), min(row + size + 1, reach_squared.shape[0]))
     columns = np.arange(max(column - size, 0), min(column + size + 1, reach_squared.shape[1]))

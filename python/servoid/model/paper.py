@@ -24,16 +24,16 @@ def fit_paper_views(
     least_value: float = LEAST_VALUE,
     progress: Callable[[Progress], None] | None = None,
 ) -> list[Step]:
-    """Model what has a hue in images, (H, W, 3) uint8 RGB each, with one camera and pose for each.
+    """Model the object of a given hue in images, (H, W, 3) uint8 RGB, each with camera and pose.
 
-    `window` is (low, high) in degrees, as `hue_window` finds it. The answer has one step for each
-    count of ellipsoids. `progress` is called on the caller's thread after each generation; what it
-    raises ends the work and comes out here, and so does Ctrl-C.
+    `window` is (low, high) in degrees, as `hue_window` returns it. The result has one step for each
+    count of ellipsoids. `progress` is called on the caller's thread after each generation. An
+    exception that it raises, or Ctrl-C, stops the work and propagates to the caller.
 
     Raises:
-        ModelError: the lists differ in length, the views see no common point, or a setting is out
+        ModelError: the lists differ in length, the views have no common point, or a setting is out
             of its range.
-        ImageError, MaskError: an image cannot be used, or nothing in it has the hue.
+        ImageError, MaskError: an image cannot be used, or no pixel of it has the hue.
 
     """
     counts = (len(images), len(cameras), len(world_from_cameras))

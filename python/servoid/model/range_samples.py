@@ -1,4 +1,4 @@
-"""Seen points of a surface: what depth images, stereo pairs and point clouds say."""
+"""Range samples of a surface, from depth images, stereo pairs and point clouds."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -14,17 +14,18 @@ from servoid.stereo import stereo_depth
 from servoid.words import counted
 
 _MOST_POINTS = 6000
-_LARGEST_ERROR = 0.008  # of a measured depth, as a share of it
-_BORDER_PX = 2  # depth at an outline mixes object and background
-_HAIR = 1e-6  # a normal says where outside is, but not how far nothing follows there
+_LARGEST_ERROR = 0.008  # as a share of the measured depth
+_BORDER_PX = 2  # depth at the outline mixes object and background
+_HAIR = 1e-6  # length of a direction from a normal, which shows the side but no free distance
 
 
 @dataclass(frozen=True, eq=False)
 class RangeSamples:
     """Points of the object's surface, and the directions in which they were seen.
 
-    `points` is (N, 3) float64, in the world, in metres; `directions` is (N, 3) float64, from the
-    eye to the point: so long, nothing is before it. Where only the side is known they are short.
+    `points` is (N, 3) float64, in the world, in metres. `directions` is (N, 3) float64, from the
+    camera to the point: over its length, space is free. Where only the side is known, the
+    directions are short.
     """
 
     points: NDArray[np.float64]
@@ -38,7 +39,7 @@ NO_RANGE_SAMPLES = RangeSamples(np.empty((0, 3)), np.empty((0, 3)))
 
 
 def join_range_samples(parts: Iterable[RangeSamples]) -> RangeSamples:
-    """Join seen points, thinned evenly where there are more than modelling can use."""
+    """Join range samples, thinned evenly where there are more than modelling can use."""
     all_parts = [NO_RANGE_SAMPLES, *parts]
     points = np.concatenate([part.points for part in all_parts])
     directions = np.concatenate([part.directions for part in all_parts])
@@ -54,7 +55,7 @@ def range_samples_of_depth(
     camera: Camera,
     world_from_camera: Pose,
 ) -> RangeSamples:
-    """Turn the depth, (H, W) float32 in metres along z, of a mask's pixels into seen points.
+    """Convert the depth, (H, W) float32 in metres along z, inside a mask to range samples.
 
     Pixels at the mask's border and without depth (NaN) are left out.
     """
@@ -71,7 +72,7 @@ def range_samples_of_depth(
 
 
 def range_samples_of_views(views: Sequence[CaptureView]) -> list[RangeSamples]:
-    """Read what the depth images of views with masks say.
+    """Read the range samples in the depth images of views with masks.
 
     Raises:
         CaptureError, ImageError, MaskError: a file cannot be used.
@@ -88,7 +89,7 @@ def range_samples_of_views(views: Sequence[CaptureView]) -> list[RangeSamples]:
 
 
 def range_samples_of_pair(view: CaptureView, other: CaptureView) -> RangeSamples:
-    """Measure the depth of the object in a view with a mask from another view of that instant.
+    """Measure the depth of the object in a view with a mask by stereo with another view.
 
     Raises:
         CameraError, TargetError: the two cannot be matched.
@@ -99,7 +100,7 @@ def range_samples_of_pair(view: CaptureView, other: CaptureView) -> RangeSamples
     measured = stereo_depth(
         view.image(), other.image(), view.camera, other.camera, here_from_there, mask_a=mask
     )
-    # Where there is no texture the match is a guess, and its expected error says so.
+    # Without texture the match is a guess; its expected error is then large.
     sure = measured.sigma_m <= _LARGEST_ERROR * measured.depth
     depth = np.where(sure, measured.depth, np.float32(np.nan)).astype(np.float32)
     return range_samples_of_depth(depth, mask, view.camera, view.world_from_camera)
@@ -110,12 +111,12 @@ def range_samples_of_cloud(
     normals: ArrayLike | None,
     viewpoint: ArrayLike | None,
 ) -> RangeSamples:
-    """Turn a point cloud, (N, 3) numbers each, in metres, into seen points.
+    """Convert a point cloud, (N, 3) each, in metres, to range samples.
 
-    They were seen from `viewpoint`, (3,), or else against their normals.
+    The points were seen from `viewpoint`, (3,), or without one against their normals.
 
     Raises:
-        MeshError: there are neither normals nor a view point, or one is no such row of numbers.
+        MeshError: there are neither normals nor a viewpoint, or an array has the wrong shape.
 
     """
     places = _rows("points", points)
@@ -124,8 +125,8 @@ def range_samples_of_cloud(
         return join_range_samples([RangeSamples(places, places - eye)])
     if normals is None:
         raise MeshError(
-            "the cloud has no normals, so nothing says which side of its points is outside; give "
-            "the place from which it was seen with --viewpoint X,Y,Z, or save it with normals"
+            "the cloud has no normals, so the outside of its surface is unknown; give "
+            "the position from which it was seen with --viewpoint X,Y,Z, or save it with normals"
         )
     outward = _rows("normals", normals)
     if outward.shape != places.shape:
@@ -136,11 +137,13 @@ def range_samples_of_cloud(
 
 
 def _rows(what: str, given: ArrayLike | list[ArrayLike]) -> NDArray[np.float64]:
-    """Take rows of three numbers."""
+    """Convert to rows of three numbers."""
     try:
         numbers = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise MeshError(f"{what} must be rows of three numbers, but hold other things") from error
+        raise MeshError(
+            f"{what} must be rows of three numbers, but contain other values"
+        ) from error
     if numbers.ndim != 2 or numbers.shape[1] != 3:
         raise MeshError(f"{what} must be rows of three numbers, but have shape {numbers.shape}")
     return numbers

@@ -1,4 +1,4 @@
-"""What modelling returns."""
+"""The result of modelling."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -24,15 +24,15 @@ from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.shape import MadeBy, SeenEntry, save_body
 from servoid.words import are
 
-_NOTEWORTHY = 0.8  # a body of which less was seen is told so
-_HIDDEN = 0.5  # an ellipsoid of which less was seen is a guess
+_NOTEWORTHY = 0.8  # below this share a note reports the unseen surface
+_HIDDEN = 0.5  # below this share an ellipsoid counts as a guess
 
 
 @dataclass(frozen=True, eq=False)
 class IouByCount:
-    """How well the body of each count of ellipsoids fits the silhouettes.
+    """How well the best body of each count of ellipsoids fits the silhouettes.
 
-    `counts` is (S,) int64; `used` and `unused` are (S,) float64, the mean over the views, NaN
+    `counts` is (S,) int64. `used` and `unused` are (S,) float64, the mean IoU over the views, NaN
     where there is no view.
     """
 
@@ -43,10 +43,10 @@ class IouByCount:
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """How much of a body's surface was seen, 0 to 1.
+    """The share of a body's surface that was seen, 0 to 1.
 
-    `by_ellipsoid` is (K,) float64; `unseen_toward` is a unit vector in the object's frame to the
-    side that was not seen, or None if there is none or it lies all around.
+    `by_ellipsoid` is (K,) float64. `unseen_toward` is a unit vector in the object's frame towards
+    the unseen side; None if all was seen or the unseen parts are on all sides.
     """
 
     by_ellipsoid: NDArray[np.float64]
@@ -55,14 +55,14 @@ class Coverage:
 
     @classmethod
     def of(cls, body: Body, views: Sequence[View], samples: RangeSamples) -> "Coverage":
-        """Find out what views and seen points show of a body."""
+        """Compute what views and range samples show of a body."""
         shares, share, toward = surface_coverage(
             body, views, points=samples.points, directions=samples.directions
         )
         return cls(shares, share, None if toward is None else (toward[0], toward[1], toward[2]))
 
     def note(self) -> str | None:
-        """Say in a sentence what was not seen; None if it is little."""
+        """Report in a sentence what was not seen; None if it is little."""
         if self.share >= _NOTEWORTHY:
             return None
         where = "parts of it on all sides are a guess"
@@ -77,14 +77,14 @@ class Coverage:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModelResult:
-    """A body that was modelled, and how good it is.
+    """A modelled body and its quality.
 
-    `colors` is (K, 3) uint8 RGB, one an ellipsoid; `steps` has what was reached with each count,
-    the last being the body itself; `iou_used` and `iou_unused` are float64, the silhouette IoU in
-    each of `used_views` and `unused_views`; `native_used` and `native_unused` are the same views as
-    the core sees them; `range_samples` are the seen points; `surface` is what was seen,
-    None where all of it is known; `notes` are sentences that a user should read; `targets` is how
-    the object was marked; `seconds` is the time that the whole call took.
+    `colors` is (K, 3) uint8 RGB, one per ellipsoid. `steps` has the result for each count, the last
+    being the body itself. `iou_used` and `iou_unused` are float64, the silhouette IoU in each of
+    `used_views` and `unused_views`; `native_used` and `native_unused` are the same views in the
+    core's form. `range_samples` are the measured points. `surface` is what was seen of the surface,
+    None where all of it is known. `notes` are messages for the user. `targets` is how the object
+    was marked. `seconds` is the duration of the whole call.
     """
 
     body: Body
@@ -111,7 +111,7 @@ class ModelResult:
 
     @cached_property
     def iou_by_count(self) -> IouByCount:
-        """Return the mean silhouette IoU after each step; computed when first asked for."""
+        """Return the mean silhouette IoU after each step; computed on first access."""
         return IouByCount(
             counts=np.array([step.count for step in self.steps], dtype=np.int64),
             used=_mean_ious(self.steps, self.native_used),
@@ -120,7 +120,7 @@ class ModelResult:
 
     @property
     def all_notes(self) -> tuple[str, ...]:
-        """Return all that a user should read, what fits badly and what was not seen included."""
+        """Return all messages for the user, including those on poor fit and unseen surface."""
         unseen = None if self.coverage is None else self.coverage.note()
         used, unused = (
             misfit_notes(kind, [view.name for view in views], ious)
@@ -134,9 +134,8 @@ class ModelResult:
     def save(self, path: str | Path, appearance: bytes | None = None) -> None:
         """Write the body, its colours and how it was made to a JSON file.
 
-        `appearance` is what the object looks like, from `track.learn_appearance`.
-
-        The same views, settings and seed give the same bytes, on any number of threads.
+        `appearance` is the object's appearance, from `track.learn_appearance`. The same views,
+        settings and seed give the same bytes, on any number of threads.
 
         Raises:
             OutputError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""Runs the core beside the caller, to whom it reports progress and who can stop it."""
+"""Runs the core in a thread, reports its progress to the caller, and lets the caller stop it."""
 
 import os
 from collections.abc import Callable, Iterable
@@ -16,7 +16,7 @@ MadeT = TypeVar("MadeT")
 
 @dataclass(frozen=True)
 class Progress:
-    """How far modelling is: the ellipsoids so far, their fitness, the share done, the stage."""
+    """The progress of modelling: ellipsoids so far, their fitness, the share done, the stage."""
 
     count: int
     fitness: float
@@ -25,7 +25,7 @@ class Progress:
 
 
 class _StoppedError(Exception):
-    """Ends the core's work from its callback."""
+    """Stops the core's work from its callback."""
 
 
 def run_core(
@@ -34,8 +34,8 @@ def run_core(
 ) -> list[Step]:
     """Run `fit`, which takes the core's progress callback; call `progress` on the caller's thread.
 
-    What `progress` raises, and Ctrl-C, stop the core at its next report and come out here: the
-    core's own threads cannot notice a signal.
+    An exception in `progress`, or Ctrl-C, stops the core at its next report and propagates from
+    here: the core's own threads cannot receive a signal.
     """
     news: SimpleQueue[Progress | None] = SimpleQueue()
     stop = Event()
@@ -64,7 +64,7 @@ def run_core(
 
 
 def in_parallel(work: Callable[[ItemT], MadeT], items: Iterable[ItemT]) -> list[MadeT]:
-    """Do the same work for several items at once; return what it gives, in their order."""
-    # Decoding and GrabCut let go of Python's lock: two threads halve the time on two cores.
+    """Process several items in parallel; return the results in their order."""
+    # Decoding and GrabCut release Python's lock: two threads halve the time on two cores.
     with ThreadPoolExecutor(max_workers=min(8, os.cpu_count() or 1)) as pool:
         return list(pool.map(work, items))

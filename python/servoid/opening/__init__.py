@@ -1,4 +1,4 @@
-"""Whatever a SOURCE names: what is recorded opens as a capture, what is live as a source."""
+"""Opens any SOURCE: recorded ones as a capture, live ones as a live source."""
 
 from servoid.opening.calibration_doubt import doubt_calibration
 from servoid.opening.filmed import Filmed, open_filmed

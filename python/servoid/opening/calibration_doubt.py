@@ -1,8 +1,8 @@
-"""Says if images contradict the focal length, or the places of the cameras, that a capture tells.
+"""Checks whether images contradict a capture's focal length or the poses of its cameras.
 
-Features that look alike in two images lie on each other's epipolar lines. Where the lens and the
-poses of a capture say that they do not, and another focal length would bring them there, that one
-is named. No calibration is needed to find the features, so a wrong one does not hide them.
+Matched features in two images lie on each other's epipolar lines. If the capture's lens and poses
+contradict this, and another focal length fits better, that focal length is reported. Finding the
+features needs no calibration, so a wrong one does not hide them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,27 +18,27 @@ from servoid.errors import CaptureError, ImageError
 from servoid.words import digits
 
 _PAIRS = 4
-_LONG_PX = 640  # images are shrunk towards this before features are sought
+_LONG_PX = 640  # images are shrunk towards this before features are detected
 _FEATURES = 1000
-_ALIKE = 0.8  # how much nearer the best match must be than the second best
+_ALIKE = 0.8  # largest ratio of the best match's distance to the second best's
 _LEAST_OF_PAIR, _LEAST = 20, 60  # matches
-_APART = 0.1  # of the spread of the views: nearer ones tell nothing
-_LEAST_TURN = 1e-4  # of the axes of two cameras, below which no focal length shows
-# Focal lengths that are tried, as shares of the one that is told.
+_APART = 0.1  # of the spread of the views: nearer ones constrain nothing
+_LEAST_TURN = 1e-4  # of the axes of two cameras, below which the focal length is unobservable
+# The focal lengths to try, as factors of the given one.
 _TRIED = np.exp(np.linspace(-0.35, 0.35, 141))
-_CLOSE = 0.02  # a share by which a focal length may be off, untold
-_BETTER = 1.1  # times by which features must come nearer to their lines
-_PARTS = 8  # of the matches, each left out once, which must all agree
+_CLOSE = 0.02  # relative error of the focal length that is not reported
+_BETTER = 1.1  # factor by which the distances of features to their lines must decrease
+_PARTS = 8  # of the matches, for leave-one-part-out; all parts must agree
 _SURE = 4.0  # standard deviations
-_FIT_PX = 1.0  # at 1000 px of diagonal: features that fit are nearer to their lines
-_OFF_PX = 2.5  # at 1000 px of diagonal: features further off contradict the cameras' places
+_FIT_PX = 1.0  # at 1000 px of diagonal: features that fit are nearer to their lines than this
+_OFF_PX = 2.5  # at 1000 px of diagonal: features further off contradict the cameras' poses
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class _Pair:
-    """Two images of one moment, or of a scene at rest, and features that look alike in both."""
+    """Two images of one instant, or of a static scene, and features that match in both."""
 
     lenses: tuple[Lens, Lens]
     second_from_first: Pose
@@ -51,7 +51,7 @@ class _Pair:
         return _Pair(self.lenses, self.second_from_first, self.first_px[kept], self.second_px[kept])
 
     def off_px(self, share: float) -> Floats:
-        """Return how far features lie beside epipolar lines with a share of the focal length."""
+        """Return the distances of features to their epipolar lines for a focal length factor."""
         first, second = (
             _flat(lens, pixels, share)
             for lens, pixels in zip(self.lenses, (self.first_px, self.second_px), strict=True)
@@ -62,16 +62,17 @@ class _Pair:
         there, back = first @ essential.T, second @ essential
         slope = np.sqrt((there[:, :2] ** 2).sum(axis=1) + (back[:, :2] ** 2).sum(axis=1))
         off = np.abs((second * there).sum(axis=1)) / np.maximum(slope, 1e-12)
-        # A lens that bends much sees nothing where a shorter focal length would put a feature.
+        # Where a shorter focal length puts a feature, a lens with strong distortion may see
+        # nothing.
         return np.where(np.isfinite(off), off * share * self.lenses[0].focal_px[0], np.inf)
 
 
 def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | None:
-    """Return a sentence if images contradict how a capture says that its cameras see, else None.
+    """Return a message if images contradict the calibration of a capture's cameras, else None.
 
-    Two cameras are compared at the same moments, one camera at views of a scene at rest. Cameras
-    in parallel tell no focal length; only if their calibration `is_assumed` it is said if they do
-    not look in parallel. One camera at rest tells nothing.
+    Two cameras are compared at the same instants, one camera at views of a static scene. Parallel
+    cameras do not determine the focal length; they are checked only if their calibration
+    `is_assumed`, and then only for being parallel. One stationary camera determines nothing.
     """
     pairs = list(_pairs(capture, is_assumed=is_assumed))
     if sum(len(pair.first_px) for pair in pairs) < _LEAST:
@@ -79,7 +80,7 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
     told_px = float(np.mean(pairs[0].lenses[0].focal_px))
     unit_px = float(np.hypot(*pairs[0].lenses[0].size_px)) / 1000.0
     share, off_px, best_px = _best(pairs)
-    # An object on a turntable before a room at rest fits with no focal length.
+    # An object on a turntable before a static room fits no focal length.
     is_found = _TRIED[0] < share < _TRIED[-1] and best_px < _FIT_PX * unit_px
     if is_found and off_px > _BETTER * best_px and abs(share - 1.0) > _CLOSE:
         others = np.array(
@@ -89,19 +90,19 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
         if abs(share - 1.0) > _SURE * deviation:
             return (
                 f"the images fit a focal length of about {share * told_px:.0f} px better than "
-                f"{told_px:.0f} px: features lie {digits(round(best_px, 2))} px beside where the "
-                f"other image expects them, instead of {digits(round(off_px, 2))}; calibrate again"
+                f"{told_px:.0f} px: features are {digits(round(best_px, 2))} px from where the "
+                f"other image predicts them, instead of {digits(round(off_px, 2))}; calibrate again"
             )
     if len(capture.cameras) > 1 and min(off_px, best_px) > _OFF_PX * unit_px:
         return (
-            f"the images contradict where the cameras are said to be: features lie {off_px:.1f} px "
-            "beside where the other image expects them; calibrate again"
+            f"the images contradict the poses of the cameras: features are {off_px:.1f} px "
+            "from where the other image predicts them; calibrate again"
         )
     return None
 
 
 def _best(pairs: Sequence[_Pair]) -> tuple[float, float, float]:
-    """Return the best share of the focal length, and how far features are off as told and so."""
+    """Return the best factor of the focal length, and the median distances as given and with it."""
 
     def off_px(share: float) -> float:
         return float(np.median(np.concatenate([pair.off_px(share) for pair in pairs])))
@@ -112,14 +113,14 @@ def _best(pairs: Sequence[_Pair]) -> tuple[float, float, float]:
 
 
 def _flat(lens: Lens, pixels: Floats, share: float) -> Floats:
-    """Return lines of sight, (N, 3) with z = 1, as a lens with a share of the focal length has."""
+    """Return rays, (N, 3) with z = 1, for a lens whose focal length is multiplied by a factor."""
     center = np.array(lens.center_px)
     rays = lens.rays((pixels - center) / share + center)
     return rays / rays[:, 2:]
 
 
 def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
-    """Find features in some pairs of images whose lenses and relative pose are told."""
+    """Match features in some pairs of images whose lenses and relative pose are known."""
     first = capture.cameras[0]
     count = len(first.pictures)
     if count == 0:
@@ -128,7 +129,7 @@ def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
     if len(capture.cameras) > 1:
         other = capture.cameras[1]
         second_from_first = other.rig_from_camera.inverse() @ first.rig_from_camera
-        if is_assumed or _tells_focal(second_from_first):
+        if is_assumed or _constrains_focal(second_from_first):
             for index in some:
                 yield from _pair((first, other), (index, index), second_from_first)
     elif not capture.is_recording:
@@ -147,8 +148,8 @@ def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
                 yield from _pair((first, first), both, second_from_first)
 
 
-def _tells_focal(second_from_first: Pose) -> bool:
-    """Say if epipolar lines move with the focal length, which those of parallel cameras do not."""
+def _constrains_focal(second_from_first: Pose) -> bool:
+    """Return whether the focal length moves the epipolar lines; parallel cameras' do not move."""
     shift = np.asarray(second_from_first.translation)
     if not np.linalg.norm(shift) > 0.0:
         return False
@@ -160,7 +161,7 @@ def _tells_focal(second_from_first: Pose) -> bool:
 def _pair(
     cameras: tuple[CaptureCamera, CaptureCamera], indices: tuple[int, int], second_from_first: Pose
 ) -> Iterator[_Pair]:
-    """Give the features that look alike in two images, where there are enough."""
+    """Yield the matched features of two images, if there are enough."""
     import cv2
 
     lenses = cameras[0].lens, cameras[1].lens
@@ -186,7 +187,7 @@ def _pair(
 
 
 def _features(picture: Picture, lens: Lens) -> tuple[Floats, NDArray[np.float32]] | None:
-    """Return where features of an image are, (N, 2) px, and how they look; None without any."""
+    """Return an image's feature positions, (N, 2) px, and descriptors; None if there are none."""
     import cv2
 
     by = 1

@@ -1,4 +1,4 @@
-"""Opens what a SOURCE names among recorded things as images whose poses are to be found."""
+"""Opens a recorded SOURCE as images for a scan, which estimates their poses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,10 +19,10 @@ _FISHEYE = "kannala_brandt"
 
 @dataclass(frozen=True)
 class Filmed:
-    """The images of one camera, and what is known beside them.
+    """The images of one camera, and what is known of the camera.
 
-    `partner` is the second eye of a pair, where it is known how far it is away. `lens` is how the
-    camera sees as far as that is told, and `notes` are sentences for people.
+    `partner` is the second camera of a pair, if its distance is known. `lens` is the calibration as
+    far as it is known, and `notes` are messages for the user.
     """
 
     footage: Footage
@@ -36,12 +36,12 @@ def open_filmed(
 ) -> Filmed:
     """Open a recorded source for a scan: the images of its first camera, in their order.
 
-    Of two cameras the second one tells the scale, if a calibration, or the baseline of two that
-    look in parallel, says how far it is away.
+    A second camera determines the scale, if its distance is known from a calibration, or from the
+    baseline of two parallel cameras.
 
     Raises:
         CaptureError: the source is live or damaged.
-        ScanError: it holds no photograph.
+        ScanError: it contains no photograph.
         CameraError, ImageError, PoseError: as for the reader that opens it.
 
     """
@@ -54,12 +54,12 @@ def open_filmed(
         return Filmed(open_footage(word.place))
     if not word.is_live and count_untold(word, topics):
         return _of_untold(word, known, topics)
-    opened = open_recorded(word, known, topics=topics, rests=True)  # refuses live ones
+    opened = open_recorded(word, known, topics=topics, rests=True)  # refuses live sources
     return _of_rig(word, opened.capture)
 
 
 def _of_untold(word: SourceWord, known: Known, topics: Sequence[str]) -> Filmed:
-    """Open cameras of which only a person may have told how they see and where they sit."""
+    """Open cameras without a calibration of their own; the user may have given one."""
     if known.calibration is not None:
         return _of_rig(word, open_recorded(word, known, topics=topics, rests=True).capture)
     opened = open_recorded(word, any_cameras(known), topics=topics, rests=True)
@@ -67,20 +67,20 @@ def _of_untold(word: SourceWord, known: Known, topics: Sequence[str]) -> Filmed:
     lens = made.lens if known.tells_lens else None
     if opened.is_made_up:
         note = (
-            "the second eye is not used, as nothing says how far it is from the first one; "
-            "--baseline or --calibration does, and gives metres"
+            "the second camera is not used, as its distance from the first is unknown; give "
+            "--baseline or --calibration to get metres"
         )
         return Filmed(made.footage, lens=lens, notes=(*made.notes, note))
     return replace(made, lens=lens)
 
 
 def _of_rig(word: SourceWord, capture: Capture) -> Filmed:
-    """Take the first camera of a rig, and the second one where there is one."""
+    """Take the first camera of a rig, and the second one if there is one."""
     cameras, told = list(capture.cameras), capture.notes
     if cameras[0].lens.model == _FISHEYE:
         raise CaptureError(
-            f"{word}: camera '{cameras[0].name}' has a fisheye, which a scan cannot find; rectify "
-            "the images first"
+            f"{word}: camera '{cameras[0].name}' has a fisheye, which a scan cannot estimate; "
+            "rectify the images first"
         )
     if len(cameras) > 2:
         others = ", ".join(camera.name for camera in cameras[2:])

@@ -1,4 +1,4 @@
-"""What is told of cameras beside their images: a calibration's file, or an angle of view."""
+"""Calibration that the user supplies: a calibration file, or an angle of view."""
 
 import math
 from collections.abc import Sequence
@@ -16,11 +16,11 @@ from servoid.words import counted, digits
 
 Size = tuple[int, int]
 _RATE = "--rate"
-_ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0  # where images alone count
+_ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0  # where only the images matter
 
 
 class _CameraEntry(LensEntry, frozen=True, kw_only=True):
-    """Holds one [[camera]] table of a calibration; what a capture or a rig adds is passed over."""
+    """Holds one [[camera]] table of a calibration; further keys of a capture or rig are ignored."""
 
     images: Any = None
     masks: Any = None
@@ -32,7 +32,7 @@ class _CameraEntry(LensEntry, frozen=True, kw_only=True):
 
 
 class _CalibrationFile(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds a calibration: a rig.toml or a capture.toml, of which the cameras alone count."""
+    """Holds a calibration: a rig.toml or a capture.toml, of which only the cameras are used."""
 
     version: Version
     camera: Annotated[tuple[_CameraEntry, ...], msgspec.Meta(min_length=1)]
@@ -43,10 +43,10 @@ class _CalibrationFile(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Rig:
-    """The cameras of a source, and what had to be assumed of them, as sentences for people.
+    """The cameras of a source, and the assumptions about them, as messages for the user.
 
-    Unless it `is_seated` only their lenses are known, and not where they sit. If that `is_made_up`,
-    as images alone count, no distance between them means anything.
+    Unless `is_seated`, only their lenses are known, and not their poses on the rig. If
+    `is_made_up`, only the images matter, and distances between the cameras have no meaning.
     """
 
     cameras: tuple[MountedCamera, ...]
@@ -57,13 +57,13 @@ class Rig:
 
 @dataclass(frozen=True, kw_only=True)
 class Known:
-    """What a person tells of cameras whose images come without a calibration.
+    """The calibration that a user supplies for cameras whose images come without one.
 
-    `fov_deg` is the angle of view from the left to the right border of the image, in degrees;
-    `baseline_m` how far the right one of two parallel cameras is from the left one, in metres.
-    `calibration` is a TOML file with [[camera]] tables, such as a rig.toml. `rate_hz` is how many
-    images there are a second where the source does not say. With `is_any` images alone count, so
-    that cameras of which nothing is told may see and sit as they like.
+    `fov_deg` is the angle of view from the left to the right border of the image, in degrees.
+    `baseline_m` is the distance of the right one of two parallel cameras from the left one, in
+    metres. `calibration` is a TOML file with [[camera]] tables, such as a rig.toml. `rate_hz` is
+    the number of images per second where the source does not state it. With `is_any`, only the
+    images matter, and cameras without a calibration may have any lens and pose.
 
     Raises:
         CaptureError: a value is out of range, or two contradict each other.
@@ -86,33 +86,33 @@ class Known:
                 raise CaptureError(f"{option} is {digits(value)}; give a positive number")
         if self.calibration is not None and (self.fov_deg or self.baseline_m):
             raise CaptureError(
-                "--calibration says how the cameras see and where they sit; leave --fov and "
+                "--calibration gives the lenses and the poses on the rig; leave --fov and "
                 "--baseline out"
             )
 
     def refuse(self, source: str) -> None:
-        """Check that nothing is told of the cameras of a source that knows them itself.
+        """Check that no calibration is supplied for a source that has its own.
 
         Raises:
-            CaptureError: something is.
+            CaptureError: one is supplied.
 
         """
         for option in self.given():
             if option != _RATE:
-                raise CaptureError(f"{source} says itself how its cameras see; leave {option} out")
+                raise CaptureError(f"{source} has its own calibration; leave {option} out")
 
     @property
     def is_told(self) -> bool:
-        """Say if anything is told of how the cameras see, and not only of their times."""
+        """Return whether any calibration is supplied, not only a rate."""
         return self.is_any or any(option != _RATE for option in self.given())
 
     @property
     def tells_lens(self) -> bool:
-        """Say if it is told how a camera sees, and not only where it sits or when."""
+        """Return whether a camera's lens is supplied, not only its pose or a rate."""
         return self.fov_deg is not None or self.calibration is not None
 
     def given(self) -> list[str]:
-        """Name the options that were given."""
+        """List the options that were given."""
         told = {"--fov": self.fov_deg, "--baseline": self.baseline_m}
         told |= {"--calibration": self.calibration, _RATE: self.rate_hz}
         return [option for option, value in told.items() if value is not None]
@@ -125,13 +125,13 @@ class Known:
         *,
         is_placed: bool = False,
     ) -> Rig:
-        """Return the cameras of a source, whose names and sizes (width, height) are given.
+        """Return the cameras of a source, given their names and sizes (width, height).
 
-        Without sizes a calibration says which they should be. If the source says itself where its
-        cameras are, it `is_placed`: then lenses alone need be told.
+        Without sizes, the calibration supplies them. With `is_placed` the source has the poses of
+        its cameras: then only lenses need be supplied.
 
         Raises:
-            CaptureError: too little is known, or what is known is of other cameras.
+            CaptureError: the calibration is incomplete, or is that of other cameras.
             CameraError: a camera cannot exist.
 
         """
@@ -139,8 +139,10 @@ class Known:
             return Rig(_calibrated(self.calibration, source, names, sizes_px))
         fov_deg = _ANY_FOV_DEG if self.fov_deg is None and self.is_any else self.fov_deg
         if fov_deg is None or sizes_px is None:
-            cameras = "its camera sees" if len(names) == 1 else "its cameras see and where they sit"
-            raise CaptureError(f"{source}: nothing says how {cameras}; {remedies(len(names))}")
+            cameras = "its camera" if len(names) == 1 else "its cameras"
+            raise CaptureError(
+                f"{source}: there is no calibration of {cameras}; {remedies(len(names))}"
+            )
         if self.baseline_m is not None or not (is_placed or self.is_any):
             self._check_seats(source, len(names))
         with located("--fov"):
@@ -157,41 +159,41 @@ class Known:
         )
 
     def _check_seats(self, source: str, count: int) -> None:
-        """Check that so many cameras without a calibration sit where a baseline says."""
+        """Check that the poses of cameras without a calibration follow from a baseline."""
         if count > 2 or (count == 2 and self.baseline_m is None):
-            others = ", or --baseline for two that look in parallel" if count == 2 else ""
+            others = ", or --baseline for two parallel cameras" if count == 2 else ""
             raise CaptureError(
-                f"{source}: nothing says where its {count} cameras sit; give --calibration FILE"
+                f"{source}: the poses of its {count} cameras are unknown; give --calibration FILE"
                 f"{others}"
             )
         if count == 1 and self.baseline_m is not None:
             raise CaptureError(
-                f"{source} has one camera, so --baseline means nothing; leave it out"
+                f"{source} has one camera, so --baseline does not apply; leave it out"
             )
 
     def _assumption(self, camera: Camera, *, is_placed: bool) -> str:
-        """Say what an angle of view means for the first camera."""
+        """Describe what an angle of view means for the first camera."""
         width, height = camera.size_px
         seen = (
-            f"{width}x{height} pixels see {digits(self.fov_deg or 0.0)} degrees from left to "
+            f"{width}x{height} pixels cover {digits(self.fov_deg or 0.0)} degrees from left to "
             f"right, a focal length of {digits(round(camera.focal_px[0], 1))} px, without "
-            "distortion, around the middle of the image"
+            "distortion, with the principal point at the image centre"
         )
         if self.baseline_m is not None:
             apart = f"{digits(self.baseline_m)} m apart"
-            return f"{seen}; two such cameras look in parallel, {apart}"
+            return f"{seen}; two such cameras are parallel, {apart}"
         return seen if is_placed else f"{seen}; the camera is the world's origin"
 
 
 def any_cameras(known: Known) -> Known:
-    """Return what lets cameras be opened whose images alone count, as nobody told how they see."""
+    """Return the calibration for cameras without one, where only their images matter."""
     return replace(known, is_any=True)
 
 
 def _calibrated(
     path: Path, source: str, names: Sequence[str], sizes_px: Sequence[Size] | None
 ) -> tuple[MountedCamera, ...]:
-    """Return the cameras of a calibration, by name where names are the same, else in its order."""
+    """Return the cameras of a calibration, by name where names are equal, else in its order."""
     file, text = read_versioned(path, _CalibrationFile, "calibrations")
     lenses = mounted_lenses(path, file.camera, text)
     if len(lenses) != len(names):
@@ -215,12 +217,12 @@ def _calibrated(
 
 
 def remedies(count: int) -> str:
-    """Say what a person can do where nothing tells how so many cameras see."""
+    """Describe how to supply the calibration of `count` cameras that have none."""
     baseline = " with --baseline, the metres between two parallel cameras," if count == 2 else ""
     return (
         "give --fov, the angle of view from the left to the right border in degrees, such as "
-        f"--fov 65,{baseline} or a calibration with --calibration FILE; if the camera goes around "
-        "an object at rest, servoid scan finds all of it"
+        f"--fov 65,{baseline} or a calibration with --calibration FILE; if the camera moves around "
+        "a static object, servoid scan estimates it"
     )
 
 

@@ -1,4 +1,4 @@
-"""Opens what a SOURCE names among live things: cameras that run, streams, simulated worlds."""
+"""Opens a live SOURCE: running cameras, streams, simulated worlds."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -22,13 +22,13 @@ from servoid.source import (
 )
 from servoid.source.streams.halves import HalvesVideo
 
-_FIRST_S = 5.0  # in which a device must show its first image
+_FIRST_S = 5.0  # within which a device must deliver its first image
 _LONE, _PAIR = ("camera",), ("left", "right")
 
 
 @dataclass(frozen=True, eq=False)
 class OpenedLive:
-    """A live source, and what had to be assumed of it, as sentences for people."""
+    """A live source, and the assumptions about it, as messages for the user."""
 
     source: Live
     notes: tuple[str, ...] = ()
@@ -41,20 +41,20 @@ def open_live(
     clock: Callable[[], float] = time.monotonic,
     settings: LiveSettings | None = None,
 ) -> OpenedLive:
-    """Open a live source; whoever asked closes it. Times of its images are on `clock`.
+    """Open a live source, which the caller closes. The times of its images are on `clock`.
 
     Raises:
-        CaptureError: the source is recorded, does not answer, or nothing says how it sees.
-        CameraError, PoseError: a camera of a rig's file cannot be.
+        CaptureError: the source is recorded, does not answer, or has no calibration.
+        CameraError, PoseError: a camera in a rig's file is impossible.
         SimError: there is no such simulated world.
         MissingExtraError: a driver's library is not installed.
 
     """
     known = known or Known()
     if not word.is_live:
-        raise CaptureError(f"{word} is recorded, and nothing of it comes by itself")
+        raise CaptureError(f"{word} is recorded, and not a live source")
     if known.rate_hz is not None:
-        raise CaptureError(f"{word} is live, and its images come as they come; leave --rate out")
+        raise CaptureError(f"{word} is live, and the device sets its rate; leave --rate out")
     cameras, notes = _cameras(word, known)
     return OpenedLive(Live(cameras, clock=clock, settings=settings), notes)
 
@@ -63,7 +63,7 @@ def _cameras(word: SourceWord, known: Known) -> tuple[tuple[LiveCamera, ...], tu
     if word.kind in (Kind.SIM, Kind.RIG, Kind.REALSENSE):
         known.refuse(word.text)
         if word.kind is Kind.SIM:
-            from servoid.sim.world.live_world import open_world  # it takes long to import
+            from servoid.sim.world.live_world import open_world  # slow to import
 
             return open_world(word.name), ()
         if word.kind is Kind.RIG:
@@ -88,7 +88,7 @@ def _cameras(word: SourceWord, known: Known) -> tuple[tuple[LiveCamera, ...], tu
 def _seen(
     word: SourceWord, known: Known, device: Device, size_px: tuple[int, int] | None
 ) -> tuple[tuple[LiveCamera, ...], tuple[str, ...]]:
-    """Return the camera or, side by side, the two of one device, with what is known of them."""
+    """Return the camera, or the two side by side in one device, with what is known of them."""
     names = _PAIR if word.halves else _LONE
     sizes_px = None
     if size_px is not None:
@@ -108,7 +108,7 @@ def _mounted(cameras: Sequence[MountedCamera], device: Device) -> tuple[LiveCame
 
 
 def _size_px(word: SourceWord, device: int | str) -> tuple[int, int]:
-    """Open a device, and return how large its first image is."""
+    """Open a device, and return the size of its first image."""
     video = opened("camera", device)
     try:
         return _first_size(word, video)
@@ -126,4 +126,4 @@ def _first_size(word: SourceWord, video: Video) -> tuple[int, int]:
             pixels = data.images[0] if isinstance(data, Delivery) else data
             height, width = np.asarray(pixels).shape[:2]
             return width, height
-    raise CaptureError(f"{word}: not one image came in {_FIRST_S:.0f} s; check the camera")
+    raise CaptureError(f"{word}: no image arrived within {_FIRST_S:.0f} s; check the camera")

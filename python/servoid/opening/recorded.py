@@ -1,4 +1,4 @@
-"""Opens what a SOURCE names among recorded things, as a capture."""
+"""Opens a recorded SOURCE as a capture."""
 
 import statistics
 from collections.abc import Sequence
@@ -33,9 +33,9 @@ _HALF_TURN = 180
 
 @dataclass(frozen=True)
 class Opened:
-    """A recorded source as a capture, and what had to be assumed, as sentences for people.
+    """A recorded source as a capture, and the assumptions, as messages for the user.
 
-    With `is_made_up` nothing says where the cameras sit beside each other, as images alone count.
+    With `is_made_up` the poses of the cameras on the rig are arbitrary, as only images matter.
     """
 
     capture: Capture
@@ -45,7 +45,7 @@ class Opened:
 
 @dataclass(frozen=True)
 class HalfPicture(Picture):
-    """The left or the right half of an image on disk; a column in the middle is left out."""
+    """The left or right half of an image on disk; a middle column of odd widths is left out."""
 
     is_right: bool = False
     whole_px: tuple[int, int] = (0, 0)
@@ -70,26 +70,26 @@ def open_recorded(
 ) -> Opened:
     """Open a recorded source as a capture; images are listed, not read.
 
-    A video or images without a calibration become a recording, in which the object may move, of
-    cameras at rest at the world's origin. `known` says how they see. The other arguments are those
-    of `open_any`, and of `open_bag`.
+    A video or images without a calibration become a recording of stationary cameras at the world's
+    origin, in which the object may move; `known` supplies the calibration. The other arguments are
+    those of `open_any`, and of `open_bag`.
 
     Raises:
-        CaptureError: the source is live or damaged, or nothing says how its cameras see.
+        CaptureError: the source is live or damaged, or has no calibration.
         CameraError, ImageError, PoseError: as for the reader that opens it.
 
     """
     known = known or Known()
     if word.is_live:
         raise CaptureError(
-            f"{word} is live, and this needs images that are recorded; keep some first with "
+            f"{word} is live, but a recorded source is needed; record one with "
             f"servoid record {word} --out run, and give that folder"
         )
     if word.kind in (Kind.CAPTURE, Kind.BAG):
         if word.kind is Kind.BAG and bop_object is None and images is None:
             opened = _open_bag(word, known, topics, world=world, rests=rests)
         elif word.kind is Kind.CAPTURE and known.is_told and count_untold(word):
-            told = _Told(word, known)
+            told = _UserCalibration(word, known)
             opened = told.opened(open_capture(word.place, told=told.mounted))
         else:
             known.refuse(word.text)
@@ -99,23 +99,23 @@ def open_recorded(
             opened = Opened(capture)
         if known.rate_hz is not None:
             if opened.capture.times_s is not None:
-                raise CaptureError(f"{word} knows its times itself; leave --rate out")
+                raise CaptureError(f"{word} has its own times; leave --rate out")
             opened = replace(opened, capture=replace(opened.capture, rate_hz=known.rate_hz))
         return opened
     if bop_object is not None or images is not None:
         raise CaptureError(
-            f"{word} is neither a BOP scene nor a COLMAP model, which alone need an object or a "
+            f"{word} is neither a BOP scene nor a COLMAP model; only these take an object or a "
             "folder of images; leave these out"
         )
     if topics or world is not None:
-        raise CaptureError(f"{word} is no bag, and only in such a one topics and frames are chosen")
+        raise CaptureError(f"{word} is not a bag; topics and frames can be chosen only in a bag")
     return _open_images(word, known) if word.kind is Kind.IMAGES else _open_videos(word, known)
 
 
 def count_untold(word: SourceWord, topics: Sequence[str] = ()) -> int:
-    """Count the cameras of a recorded source that does not say how they see; 0 if it does.
+    """Count the cameras of a recorded source that has no calibration; 0 if it has one.
 
-    `topics` are those that are chosen of a bag.
+    `topics` are the topics that are chosen in a bag.
 
     Raises:
         CaptureError: the file of a capture is malformed, or a bag is damaged.
@@ -143,12 +143,12 @@ def _open_bag(
     if not known.is_told:
         reason = next(filter(None, why))
         raise CaptureError(f"{reason}; {remedies(len(why))}; --topic chooses other cameras")
-    told = _Told(word, known)
+    told = _UserCalibration(word, known)
     return told.opened(open_bag(word.place, topics, world=world, told=told, rests=rests))
 
 
-class _Told:
-    """Tells how the cameras of a source see, and keeps what had to be assumed."""
+class _UserCalibration:
+    """Supplies the calibration of a source's cameras, and keeps the assumptions that it made."""
 
     def __init__(self, word: SourceWord, known: Known) -> None:
         self._word, self._known = word, known
@@ -157,14 +157,14 @@ class _Told:
     def __call__(
         self, names: Sequence[str], sizes_px: Sequence[tuple[int, int]], /, *, is_placed: bool
     ) -> list[ToldCamera]:
-        """Tell it of a bag's cameras."""
+        """Return the calibration of a bag's cameras."""
         known = self._known
         is_seated = is_placed or known.is_any or known.calibration is not None
         if len(names) > 1 and not is_seated and known.baseline_m is None:
             raise CaptureError(
-                f"{self._word}: neither TF nor anything else says where its cameras "
-                f"{', '.join(names)} sit; give --calibration FILE, or --baseline for two that look "
-                "in parallel, or choose one of them with --topic"
+                f"{self._word}: neither TF nor the options give the poses of its cameras "
+                f"{', '.join(names)}; give --calibration FILE, or --baseline for two that are "
+                "parallel, or choose one of them with --topic"
             )
         rig = self._rig = known.rig(self._word.text, names, sizes_px, is_placed=is_placed)
         return [
@@ -175,14 +175,14 @@ class _Told:
     def mounted(
         self, names: Sequence[str], sizes_px: Sequence[tuple[int, int]]
     ) -> list[MountedLens]:
-        """Tell it of a capture's cameras."""
-        # A capture says where its rig was, but not where several cameras sit on it.
+        """Return the calibration of a capture's cameras."""
+        # A capture has the poses of its rig, but not those of several cameras on the rig.
         is_placed = len(names) == 1
         self._rig = self._known.rig(self._word.text, names, sizes_px, is_placed=is_placed)
         return [MountedLens(one.lens, one.rig_from_camera) for one in self._rig.cameras]
 
     def opened(self, capture: Capture) -> Opened:
-        """Return a capture that was opened so, with what had to be assumed."""
+        """Return the capture that was opened with this calibration, with the assumptions made."""
         return Opened(capture, self._rig.notes, self._rig.is_made_up)
 
 
@@ -197,14 +197,14 @@ def _open_videos(word: SourceWord, known: Known) -> Opened:
         if one.turn_deg and known.calibration is not None:
             width, height = one.size_px
             notes.append(
-                f"{path} asks to be turned by {one.turn_deg} degrees when it is shown; it is not, "
-                f"and pixels count in its {width}x{height} as they are stored"
+                f"{path} requests a rotation by {one.turn_deg} degrees for display, which is not "
+                f"applied: pixel coordinates are those of its {width}x{height} as stored"
             )
     rates = [one.rate_hz for one in facts if one.rate_hz is not None]
     if rates and max(rates) > 1.01 * min(rates):
         raise CaptureError(
-            f"{word}: the videos have {' and '.join(digits(rate) for rate in rates)} images a "
-            "second; images that were not taken at the same times are no pairs"
+            f"{word}: the videos have {' and '.join(digits(rate) for rate in rates)} images per "
+            "second; images that were not taken at the same times are not pairs"
         )
     upright = known.calibration is None
     pictures = [
@@ -219,7 +219,7 @@ def _open_videos(word: SourceWord, known: Known) -> Opened:
 
 
 def _shown(stored_px: tuple[int, int], is_on_side: bool, known: Known) -> tuple[int, int]:
-    """Return the size of upright images; a calibration says itself which size it is of."""
+    """Return the size of upright images; a calibration has a size of its own."""
     width, height = stored_px
     return (height, width) if is_on_side and known.calibration is None else stored_px
 
@@ -275,8 +275,8 @@ def _capture(
         if known.rate_hz is None:
             notes = (
                 *notes,
-                f"{digits(rate_hz)} images a second are assumed, as nothing says their times; "
-                "--rate says another",
+                f"{digits(rate_hz)} images per second are assumed, as their times are unknown; "
+                "--rate sets another",
             )
     capture = Capture(
         path=word.place,

@@ -1,4 +1,4 @@
-"""The one grammar of SOURCE: what each command takes, as text, and what kind of thing it names."""
+"""Parses SOURCE, the argument of every command, and finds out what kind of source it names."""
 
 import glob
 import re
@@ -33,11 +33,11 @@ FORMS = (
     "images, a bag (.mcap, .bag or a rosbag2 folder), a camera's number or /dev/v4l/..., "
     "rtsp://... or http://..., realsense:SERIAL, genicam:NAME, sim:WORLD, or a rig.toml"
 )
-"""What a SOURCE can be, in one sentence for messages and help."""
+"""All forms of SOURCE, in one sentence for messages and help."""
 
 
 class Kind(Enum):
-    """Names what a SOURCE is; the value is how it is called in messages."""
+    """The kinds of SOURCE; the value is the name in messages."""
 
     CAPTURE = "capture"
     VIDEO = "video"
@@ -53,7 +53,7 @@ class Kind(Enum):
 
     @property
     def is_live(self) -> bool:
-        """Say if images come on their own clock, and not when they are asked for."""
+        """Return whether images arrive on the source's own clock, not when they are requested."""
         return self in _LIVE
 
 
@@ -71,9 +71,9 @@ _PREFIXES = {f"{kind.value}:": kind for kind in (Kind.REALSENSE, Kind.GENICAM, K
 class SourceWord:
     """A SOURCE as it was written, and what it names.
 
-    `places` are the files or folders of a recorded source, or of a rig its one file; `name` is what
-    comes after the prefix of `realsense:`, `genicam:` or `sim:`, an address, or a camera's number
-    or device file. With `halves` each image holds two, the left eye's at the left.
+    `places` are the files or folders of a recorded source, or the one file of a rig. `name` is the
+    part after the prefix of `realsense:`, `genicam:` or `sim:`, an address, or a camera's number or
+    device file. With `halves`, each image contains two, the left camera's on the left.
     """
 
     text: str
@@ -87,22 +87,22 @@ class SourceWord:
 
     @property
     def is_live(self) -> bool:
-        """Say if images come on their own clock, and not when they are asked for."""
+        """Return whether images arrive on the source's own clock, not when they are requested."""
         return self.kind.is_live
 
     @property
     def place(self) -> Path:
-        """Return the file or folder of a source that is one."""
+        """Return the file or folder of a source that has just one."""
         return self.places[0]
 
 
 def parse_source(text: str) -> SourceWord:
-    """Say what a SOURCE names; of files only names are looked at, and of a TOML file its keys.
+    """Parse a SOURCE; only the names of files are examined, and the keys of a TOML file.
 
-    A number is always a camera: a folder of that name is `./0`.
+    A number is always a camera: write `./0` for a folder of that name.
 
     Raises:
-        CaptureError: nothing of that name is there, or it is nothing that servoid can open.
+        CaptureError: nothing of that name exists, or servoid cannot open it.
 
     """
     if text.startswith(_HALVES):
@@ -110,14 +110,14 @@ def parse_source(text: str) -> SourceWord:
         if inner.kind not in _HALVED or inner.halves:
             raise CaptureError(
                 f"{text}: side-by-side: is for one video, images, a camera or a stream, whose "
-                f"images each hold a left and a right half, and {inner} is a {inner.kind.value}"
+                f"images each contain a left and a right half, but {inner} is a {inner.kind.value}"
             )
         return SourceWord(text, inner.kind, inner.places, inner.name, halves=True)
     return _of_device(text) or _of_files(text)
 
 
 def _of_device(text: str) -> SourceWord | None:
-    """Return what names no file of images, or None."""
+    """Parse a source that is not a file of images; None if it is another."""
     for prefix, kind in _PREFIXES.items():
         if text.startswith(prefix):
             return SourceWord(text, kind, name=text.removeprefix(prefix))
@@ -125,8 +125,9 @@ def _of_device(text: str) -> SourceWord | None:
     if address is not None:
         if address["scheme"].lower() not in _SCHEMES:
             raise CaptureError(
-                f"{text}: servoid opens no {address['scheme']}:// address; give one that begins "
-                f"with {', '.join(f'{scheme}://' for scheme in _SCHEMES)}, or the path of a file"
+                f"{text}: servoid cannot open {address['scheme']}:// addresses; give one that "
+                f"begins with {', '.join(f'{scheme}://' for scheme in _SCHEMES)}, or the path of "
+                "a file"
             )
         return SourceWord(shown(text), Kind.STREAM, name=text)
     if _PIPELINE in text:
@@ -161,7 +162,7 @@ def _of_files(text: str) -> SourceWord:
 
 
 def _kind_of(path: Path) -> Kind:
-    """Tell by names what a file or folder holds; what nobody else claims is a capture's."""
+    """Determine from names what a file or folder contains; the default is a capture."""
     if path.is_dir():
         names = {one.name for one in path.iterdir()}
         if _BAG_FOLDER in names and any(_ends(name, _BAG_SUFFIXES) for name in names):
@@ -176,13 +177,13 @@ def _kind_of(path: Path) -> Kind:
 
 
 def _images(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """List the images in the order of their names, without hidden files such as macOS leaves."""
+    """List the images sorted by name, without hidden files such as macOS leaves."""
     images = (one for one in paths if _ends(one.name, IMAGE_SUFFIXES))
     return tuple(sorted(one for one in images if not one.name.startswith(".")))
 
 
 def _names_devices(path: Path) -> bool:
-    """Say if a TOML file names live devices; what is wrong with it is told by who reads it."""
+    """Return whether a TOML file names live devices; errors in it are left to its reader."""
     try:
         return _DEVICE_KEY.search(read_text(path, CaptureError, SETTINGS_FILE)) is not None
     except CaptureError:

@@ -1,4 +1,4 @@
-"""Asks a person in the browser which object is meant: a page on this machine alone."""
+"""Asks the user in the browser which object is meant, with a local page."""
 
 from servoid.pick.asking import Choice, Question
 from servoid.pick.server import PickServer

@@ -1,4 +1,4 @@
-"""The question that the page asks, and the answers that it gives to what a person marks."""
+"""The question on the page, and the answers to what the user marks."""
 
 import base64
 import threading
@@ -18,7 +18,7 @@ Mark = BoxTarget | ClickTarget
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What a person chose: a box or a click that names its view, and what that finds."""
+    """The user's choice: a box or a click with the name of its view, and what it finds."""
 
     target: Mark
     found: Found
@@ -26,10 +26,10 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """An image in which a person marks the object.
+    """An image in which the user marks the object.
 
-    `view` is its name, such as `eye/0003`; `image` is (H, W, 3) uint8 RGB as it was recorded, and
-    `seek` finds what a target means in it.
+    `view` is its name, such as `eye/0003`; `image` is (H, W, 3) uint8 RGB as recorded, and `seek`
+    finds the object that a target means in it.
     """
 
     view: str
@@ -38,7 +38,7 @@ class Question:
 
 
 class Asking:
-    """Answers the page: shows the image, says what a mark finds, and takes the choice."""
+    """Answers the page: sends the image, reports what a mark finds, and accepts the choice."""
 
     def __init__(self, question: Question) -> None:
         self.question = question
@@ -47,23 +47,23 @@ class Asking:
         self._last: Choice | None = None
 
     def seek(self, text: str) -> dict[str, Any]:
-        """Return what a mark finds, as the page shows it.
+        """Return what a mark finds, in the form that the page shows.
 
         Raises:
-            TargetError: the text is no box and no click, or nothing is found.
+            TargetError: the text is neither a box nor a click, or nothing is found.
 
         """
         found = self._sought(text).found
         share = 100.0 * float((found.mask != 0).mean())
         return {
             "overlay": base64.b64encode(draw_found(found.mask)).decode(),
-            "words": f"What is bright is taken for the object: {share:.2g} % of the image.",
+            "words": f"The bright area is taken as the object: {share:.2g} % of the image.",
             "doubt": found.doubt,
             "notes": list(found.notes),
         }
 
     def choose(self, text: str) -> Choice:
-        """Return a mark as the choice, with what it finds; raises as `seek` does."""
+        """Return a mark as the choice, with what it finds; errors as for `seek`."""
         return self._sought(text)
 
     def _sought(self, text: str) -> Choice:
@@ -75,19 +75,21 @@ class Asking:
 
 
 def read_mark(text: str) -> Mark:
-    """Turn `box:U0,V0,U1,V1` or `click:U,V` into a target.
+    """Convert `box:U0,V0,U1,V1` or `click:U,V` to a target.
 
     Raises:
-        TargetError: it is neither, or names a view: the page shows one image only.
+        TargetError: it is neither, or it names a view: the page shows one image only.
 
     """
     words = "write box:LEFT,TOP,RIGHT,BOTTOM or click:ACROSS,DOWN, in pixels"
     if not text.startswith(("box:", "click:")):
-        raise TargetError(f"'{text[:40]}' is no box and no click; {words}")
+        raise TargetError(f"'{text[:40]}' is neither a box nor a click; {words}")
     try:
         target = parse_target(text)
     except ServoidError as error:
         raise TargetError(f"{error}; {words}") from error
     if not isinstance(target, Mark) or target.view is not None:
-        raise TargetError(f"'{text[:40]}' names a view, and only this image is shown; {words}")
+        raise TargetError(
+            f"'{text[:40]}' names a view, but the page shows only this image; {words}"
+        )
     return target

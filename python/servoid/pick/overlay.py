@@ -1,4 +1,4 @@
-"""Pictures for the page: the image, and over it what was found in it."""
+"""Encodes images for the page: the image itself, and an overlay of what was found."""
 
 import cv2
 import numpy as np
@@ -8,7 +8,7 @@ from servoid.errors import OutputError
 
 _LONGEST_PX = 1600  # of an overlay, which the page stretches over its image
 _JPEG_QUALITY = 92
-_SHADE = (20, 16, 16, 175)  # BGRA, over all that is not the object
+_SHADE = (20, 16, 16, 175)  # BGRA, over everything outside the object
 _BORDER = (40, 210, 255, 255)
 _BORDER_SHARE = 1.0 / 400.0  # of the longest side
 
@@ -17,17 +17,17 @@ def encode_image(image: NDArray[np.uint8]) -> bytes:
     """Return an image (H, W, 3) uint8 RGB as the bytes of a JPEG file.
 
     Raises:
-        OutputError: it cannot be stored so.
+        OutputError: it cannot be encoded as JPEG.
 
     """
     return _encode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
 
 
 def draw_found(mask: NDArray[np.uint8]) -> bytes:
-    """Return a PNG file to lay over an image: the object of a mask (H, W) clear, the rest dark.
+    """Return a PNG overlay: transparent on the object of a mask (H, W), dark elsewhere.
 
     Raises:
-        OutputError: it cannot be stored so.
+        OutputError: it cannot be encoded as PNG.
 
     """
     height, width = mask.shape
@@ -45,5 +45,5 @@ def draw_found(mask: NDArray[np.uint8]) -> bytes:
 def _encode(kind: str, pixels: NDArray[np.uint8], options: list[int]) -> bytes:
     done, data = cv2.imencode(kind, np.ascontiguousarray(pixels), options)
     if not done:
-        raise OutputError(f"an image of shape {pixels.shape} cannot be stored as {kind}")
+        raise OutputError(f"an image of shape {pixels.shape} cannot be encoded as {kind}")
     return data.tobytes()

@@ -1,4 +1,4 @@
-"""Serves the page on 127.0.0.1 until a person has chosen."""
+"""Serves the page on 127.0.0.1 until the user has chosen."""
 
 import json
 import secrets
@@ -19,7 +19,7 @@ from servoid.pick.guard import HOST, Guard, Request
 
 _ROUTES = {"": "GET", "image.jpg": "GET", "seek": "POST", "choose": "POST"}
 _MOST_CLIENTS = 16
-_SLOWEST_S = 10.0  # that a client may let the server wait
+_SLOWEST_S = 10.0  # for which the server waits for a client
 _DRAIN_S = 1.0
 _POLICY = (
     "default-src 'none'; img-src 'self' data:; connect-src 'self'; style-src 'nonce-{nonce}'; "
@@ -34,7 +34,7 @@ _HEADERS = {
 
 
 class PickServer:
-    """Asks a question on a page of its own; to be used in a `with` statement, which ends it.
+    """Asks a question on a web page; use it in a `with` statement, which stops the server.
 
     Raises:
         OutputError: the port is taken.
@@ -51,7 +51,7 @@ class PickServer:
         except OSError as error:
             raise OutputError(
                 f"cannot listen on port {port} of {HOST}: {(error.strerror or str(error)).lower()}"
-                "; choose another one, or leave it out"
+                "; choose another port, or leave the port out"
             ) from error
         self.guard: Guard = Guard(self._http.server_port, _ROUTES)
         self._thread = threading.Thread(
@@ -64,14 +64,14 @@ class PickServer:
         return f"http://{HOST}:{self._http.server_port}/{self.guard.token}/"
 
     def wait(self, timeout_s: float) -> Choice | None:
-        """Return what a person chose, None if nobody chose within so many seconds."""
+        """Return the user's choice, None if there is none within `timeout_s`."""
         self._done.wait(timeout_s)
         if self._failure is not None:
             raise self._failure
         return self._choice
 
     def end(self, choice: Choice | None, failure: BaseException | None = None) -> None:
-        """Let `wait` return a choice, or raise what went wrong."""
+        """Let `wait` return a choice, or raise the error `failure`."""
         self._choice, self._failure = choice, failure
         self._done.set()
 
@@ -91,10 +91,10 @@ class PickServer:
 
 
 class _Http(ThreadingHTTPServer):
-    """Takes requests, a few at a time, each in a thread."""
+    """Accepts requests, each in a thread, up to a maximum number."""
 
     daemon_threads = True
-    request_queue_size = 128  # who is too many is turned away at once, and does not hang
+    request_queue_size = 128  # surplus clients are refused at once and do not hang
 
     def __init__(self, server: PickServer, port: int) -> None:
         super().__init__((HOST, port), _Handler)
@@ -102,26 +102,26 @@ class _Http(ThreadingHTTPServer):
         self._places = threading.BoundedSemaphore(_MOST_CLIENTS)
 
     def server_bind(self) -> None:
-        """Take the port, without asking name servers what this machine is called."""
+        """Bind the port, without looking up this machine's name."""
         TCPServer.server_bind(self)
         self.server_name, self.server_port = HOST, int(self.server_address[1])
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Begin a thread for a client, or turn it away while there are too many."""
+        """Start a thread for a client, or refuse it while there are too many."""
         if self._places.acquire(blocking=False):
             super().process_request(request, client_address)
         else:
             self.shutdown_request(request)
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Serve a client, and make place for the next one."""
+        """Serve a client, and free its slot."""
         try:
             super().process_request_thread(request, client_address)
         finally:
             self._places.release()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Pass on what is wrong with servoid; a client that goes away or stalls is none of it."""
+        """Report errors of servoid; a client that disconnects or stalls is not one."""
         del request, client_address
         error = sys.exc_info()[1]
         if isinstance(error, ServoidError) or not isinstance(error, OSError):
@@ -144,12 +144,12 @@ class _Handler(BaseHTTPRequestHandler):
             answer()
 
     def do_POST(self) -> None:
-        """Say what a mark finds, or take the choice."""
+        """Send what a mark finds, or accept the choice."""
         if self._refused():
             return
         asking = self.server.pick.asking
         try:
-            text = self._told()
+            text = self._target()
             if self._request().route == "seek":
                 self._send_json(200, asking.seek(text))
                 return
@@ -159,7 +159,7 @@ class _Handler(BaseHTTPRequestHandler):
             return
         try:
             self._send_json(200, {"words": f"--target {choice.target}"})
-        finally:  # it stands even if the page was closed meanwhile
+        finally:  # the choice counts even if the page was closed meanwhile
             self.server.pick.end(choice)
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002
@@ -177,7 +177,7 @@ class _Handler(BaseHTTPRequestHandler):
         return True
 
     def _drain(self) -> None:
-        """Take in some of what was refused: to close before would let the client miss the words."""
+        """Read part of a refused request: closing earlier would lose the message to the client."""
         end = time.monotonic() + _DRAIN_S
         try:
             self.connection.shutdown(socket.SHUT_WR)
@@ -187,7 +187,7 @@ class _Handler(BaseHTTPRequestHandler):
         except OSError:
             pass
 
-    def _told(self) -> str:
+    def _target(self) -> str:
         """Return the target in the body of a request.
 
         Raises:

@@ -1,8 +1,8 @@
 """Elementary functions and small linear algebra with the same bits on every processor.
 
-NumPy picks vector code, and its linear algebra a whole library of kernels, by the processor that it
-finds, and each rounds in its own way; so does the C library behind `math`. What feeds a result of
-servoid is computed here, by the core: arrays of float64 and numbers go in, the same come out.
+NumPy selects vector code and linear algebra kernels by the processor, and each rounds differently;
+so does the C library behind `math`. Whatever a result of servoid depends on is computed here, by
+the core: functions take float64 arrays or numbers, and return the same.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class _Elementary(Protocol):
-    """A function of one number, or of each in an array."""
+    """A function of a number, or of each number in an array."""
 
     @overload
     def __call__(self, x: float, /) -> float: ...
@@ -43,7 +43,7 @@ def product(a: Array, b: Array, /) -> Array: ...
 @overload
 def product(a: Array, b: Array, c: Array, /, *more: Array) -> Array: ...
 def product(*factors: Array) -> Array:
-    """Multiply matrices (M, K) and (K, N), or with a vector (K,) at either end, from the left."""
+    """Multiply matrices (M, K) and (K, N) from the left; the first or last may be a vector (K,)."""
     result, *others = factors
     for other in others:
         row, column = result.ndim == 1, other.ndim == 1
@@ -56,7 +56,7 @@ def product(*factors: Array) -> Array:
 
 
 def dot(a: Array, b: Array) -> float:
-    """Return the scalar product of two vectors (K,)."""
+    """Return the dot product of two vectors (K,)."""
     return float(_native.exact_product(a[None, :], b[:, None])[0, 0])
 
 
@@ -75,7 +75,7 @@ def hypot(x: float, y: float) -> float: ...
 @overload
 def hypot(x: Array, y: Array) -> Array: ...
 def hypot(x: Array | float, y: Array | float) -> Array | float:
-    """Return the square root of x² + y², of numbers or of arrays of any one shape."""
+    """Return the square root of x² + y², for numbers or for arrays of one shape."""
     found = np.sqrt(x * x + y * y)
     return found if isinstance(found, np.ndarray) else float(found)
 
@@ -95,9 +95,9 @@ def solve(matrix: Array, right: Array) -> Array:
 
 
 def eigh(matrix: Array) -> tuple[Array, Array]:
-    """Return the eigenvalues (N,) of a symmetric matrix, the least first, and (N, N) eigenvectors.
+    """Return the eigenvalues (N,) of a symmetric matrix, ascending, and (N, N) eigenvectors.
 
-    They are columns, and their signs are free.
+    The eigenvectors are the columns; their signs are arbitrary.
 
     Raises:
         ValueError: the matrix is empty or not square, or a number in it is not finite.

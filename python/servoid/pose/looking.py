@@ -1,4 +1,4 @@
-"""Poses of what looks at a point."""
+"""Computes poses that look at a point."""
 
 from collections.abc import Sequence
 
@@ -13,12 +13,13 @@ from servoid.pose import exact
 def looking(
     place: Sequence[float] | NDArray[np.float64], aim: Sequence[float] | NDArray[np.float64]
 ) -> Pose:
-    """Return where a camera or hand stands that looks from one point (3,) of the world to another.
+    """Return the pose of a camera or hand that looks from one point (3,) of the world at another.
 
-    It looks along its z, its x is level and its y points down, as z of the world is up.
+    It looks along its z axis. Its x axis is horizontal and its y axis points down; the world's z
+    axis points up.
 
     Raises:
-        PoseError: the points are one, or one is straight above the other.
+        PoseError: the points coincide, or one is vertically above the other.
 
     """
     here = np.asarray(place, dtype=np.float64)
@@ -27,8 +28,8 @@ def looking(
     lengths = exact.norm(forward), exact.norm(right)
     if not min(lengths) > 0.0:
         raise PoseError(
-            f"to look from {here.tolist()} to {np.asarray(aim).tolist()} can be done in any turn; "
-            "choose points that are not above each other"
+            f"to look from {here.tolist()} to {np.asarray(aim).tolist()} leaves the rotation about "
+            "the line of sight open; choose points that are not above each other"
         )
     forward, right = forward / lengths[0], right / lengths[1]
     matrix = np.eye(4)

@@ -1,4 +1,4 @@
-"""Finds the poses and the calibration of images that come without either."""
+"""Estimates the poses and the calibration of images that come without either."""
 
 from servoid.scan.footage import (
     Film,

@@ -1,4 +1,4 @@
-"""What a scan looks at: a film or photographs, upright as people see them, each with a name."""
+"""The images that a scan uses: a film or photographs, upright, each with a name."""
 
 import glob
 import re
@@ -17,7 +17,7 @@ from servoid.errors import ScanError
 
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp")
 _BLANK = re.compile(r"\s")
-_FOLDER = "images"  # where many programs keep the pictures of a project
+_FOLDER = "images"  # where many programs keep the images of a project
 
 
 @dataclass(frozen=True)
@@ -28,47 +28,47 @@ class Film:
 
     @property
     def is_film(self) -> bool:
-        """Say that neighbours show nearly the same."""
+        """Return True: neighbours show nearly the same."""
         return True
 
     @cached_property
     def names(self) -> Sequence[str]:
-        """Name the images by their numbers."""
+        """Return the names of the images, which are their numbers."""
         count = count_video_images(self.path)
-        digits = max(4, len(str(count - 1)))  # so that names in their order are images in theirs
+        digits = max(4, len(str(count - 1)))  # so that sorting the names sorts the images
         return tuple(f"{index:0{digits}}" for index in range(count))
 
     def images(self, names: Iterable[str]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
-        """Decode the video once, and give the images that are asked for."""
+        """Decode the video once, and yield the requested images."""
         wanted = set(names)
         for name, image in zip(self.names, upright_images(self.path), strict=False):
             if name in wanted:
                 yield name, image
 
     def file_of(self, name: str) -> Path | None:  # noqa: ARG002
-        """Return None: no file holds one image."""
+        """Return None: no file contains a single image."""
         return None
 
 
 @dataclass(frozen=True)
 class Photographs:
-    """Photographs, each in a file, in the order of their names, in which a capture has them."""
+    """Photographs, one per file, sorted by name as in a capture."""
 
     path: Path
     files: tuple[Path, ...]
 
     @property
     def is_film(self) -> bool:
-        """Say that each photograph was taken for itself."""
+        """Return False: photographs are independent of each other."""
         return False
 
     @property
     def names(self) -> Sequence[str]:
-        """Name the photographs as their files, without the ending, and with _ for each blank."""
+        """Return the file names without their endings, with _ for each blank."""
         return tuple(image_name(file.stem) for file in self.files)
 
     def images(self, names: Iterable[str]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
-        """Read the photographs that are asked for."""
+        """Read the requested photographs."""
         wanted = set(names)
         for file in self.files:
             name = image_name(file.stem)
@@ -82,7 +82,7 @@ class Photographs:
 
 @dataclass(frozen=True)
 class Recorded:
-    """The images of one camera of a recording, such as of a bag; image 12 has the name `0012`.
+    """The images of one camera of a recording, such as a bag; image 12 has the name `0012`.
 
     `pictures` are None where there is no image; they have (width, height) pixels.
     """
@@ -93,12 +93,12 @@ class Recorded:
 
     @property
     def is_film(self) -> bool:
-        """Say that neighbours show nearly the same."""
+        """Return True: neighbours show nearly the same."""
         return True
 
     @cached_property
     def names(self) -> Sequence[str]:
-        """Name the images by their numbers."""
+        """Return the names of the images, which are their numbers."""
         return tuple(self._by_name)
 
     @cached_property
@@ -111,22 +111,22 @@ class Recorded:
         }
 
     def images(self, names: Iterable[str]) -> Iterator[tuple[str, NDArray[np.uint8]]]:
-        """Read the images that are asked for."""
+        """Read the requested images."""
         wanted = set(names)
         for name, picture in self._by_name.items():
             if name in wanted:
                 yield name, picture.read(self.size_px)
 
     def file_of(self, name: str) -> Path | None:  # noqa: ARG002
-        """Return None: an image may need a turn, or be a part of a file."""
+        """Return None: an image may need a rotation, or be a part of a file."""
         return None
 
 
 def open_footage(source: str | Path) -> Film | Photographs:
-    """Open a video, a folder of photographs, or photographs that a pattern such as `*.jpg` names.
+    """Open a video, a folder of photographs, or photographs that match a pattern such as `*.jpg`.
 
     Raises:
-        ScanError: there is nothing of the kind, or two photographs have one name.
+        ScanError: nothing of the kind exists, or two photographs have the same name.
         CaptureError: the video cannot be decoded.
 
     """
@@ -143,7 +143,7 @@ def open_footage(source: str | Path) -> Film | Photographs:
 
 
 def is_footage(source: str | Path) -> bool:
-    """Say if a path looks like a video or photographs that need a scan, without reading them."""
+    """Return whether a path looks like a video or photographs to scan, without reading them."""
     path = Path(source)
     if path.is_dir():
         return bool(_photos(path.iterdir()))
@@ -153,12 +153,12 @@ def is_footage(source: str | Path) -> bool:
 
 
 def holds_photographs(path: Path) -> bool:
-    """Say if there are photographs in a folder, or in its folder `images`."""
+    """Return whether there are photographs in a folder, or in its folder `images`."""
     return path.is_dir() and bool(_photos(path.iterdir()) or _photos((path / _FOLDER).glob("*")))
 
 
 def image_name(text: str) -> str:
-    """Return what an image is called whose file has a name: lists of pairs bear no blank."""
+    """Return the image name of a file name; lists of pairs cannot contain blanks."""
     return _BLANK.sub("_", text)
 
 
@@ -167,7 +167,7 @@ def _photos(paths: Iterable[Path]) -> list[Path]:
         path
         for path in paths
         if path.suffix.lower() in PHOTO_SUFFIXES
-        and not path.name.startswith(".")  # which some systems leave beside each image
+        and not path.name.startswith(".")  # some systems leave such files beside images
         and path.is_file()
     )
     return sorted(photos, key=lambda path: f"{image_name(path.stem)}.")
@@ -185,7 +185,7 @@ def _photographs(path: Path, files: Sequence[Path], missing: str) -> Photographs
         if name in seen:
             raise ScanError(
                 f"{seen[name]} and {file} have the same name without their endings, and with _ for "
-                "each blank, by which images are told apart; rename one of them"
+                "each blank, which must identify an image; rename one of them"
             )
         seen[name] = file
     return Photographs(path, tuple(files))

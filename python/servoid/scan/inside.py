@@ -1,4 +1,4 @@
-"""Says where in each image features are sought, and brings masks of the object along."""
+"""Chooses where in each image features are detected, and copies masks of the object."""
 
 from pathlib import Path
 
@@ -12,13 +12,13 @@ from servoid.scan.footage import image_name
 from servoid.scan.staging import Staged
 from servoid.segment import BoxTarget, Target, find_object
 
-_SMALL_PX = 480  # the longer side of the images in which change is sought
-_BLUR_PX, _RANGE, _GAP_PX = 1.2, 20.0, 19  # smoothing, grey levels, and holes that are closed
+_SMALL_PX = 480  # the longer side of the images in which changes are detected
+_BLUR_PX, _RANGE, _GAP_PX = 1.2, 20.0, 19  # smoothing, grey levels, and the size of holes to close
 _BEYOND = 0.01  # of the diagonal: features at the outline belong to the object
 
 
 def write_inside(inside: Path | Target, staged: Staged, folder: Path) -> None:
-    """Write a mask for each staged image, named like it with .png at the end.
+    """Write a mask for each staged image, with the image's name and .png at the end.
 
     Raises:
         ScanError: a mask is missing, or a target finds nothing in most images.
@@ -32,15 +32,15 @@ def write_inside(inside: Path | Target, staged: Staged, folder: Path) -> None:
         _write(folder / f"{file}.png", mask)
     if 2 * found < len(staged.files):
         raise ScanError(
-            f"'{inside}' finds the object in {found} of {len(staged.files)} images only; give "
-            "--inside a folder of masks, or a box that holds the object in all images"
+            f"'{inside}' finds the object in only {found} of {len(staged.files)} images; give "
+            "--inside a folder of masks, or a box that contains the object in all images"
         )
 
 
 def write_moving(staged: Staged, folder: Path) -> None:
-    """Write masks of what changes from image to image before a camera that stands.
+    """Write masks of what changes between the images of a stationary camera.
 
-    All are the same: where the brightness ranges over more than noise and shadows do.
+    All masks are the same: the pixels whose brightness varies by more than noise and shadows do.
     """
     import cv2
 
@@ -63,7 +63,7 @@ def write_moving(staged: Staged, folder: Path) -> None:
 
 
 def copy_masks(masks: Path, staged: Staged, folder: Path) -> int:
-    """Copy masks of the object that are named like staged images; return how many.
+    """Copy masks of the object that are named like staged images; return their number.
 
     Raises:
         ScanError: no mask is named like an image.

@@ -1,4 +1,4 @@
-"""Chooses the images of a film that a scan needs: sharp ones, as far apart as the image moved."""
+"""Selects the key images of a film for a scan: sharp ones, at equal steps of image motion."""
 
 from collections.abc import Callable, Collection, Sequence
 
@@ -10,9 +10,9 @@ from servoid.scan.footage import Footage
 
 _SMALL_PX = 480  # the longer side of the images in which motion and sharpness are measured
 _CORNERS, _QUALITY, _APART_PX = 200, 0.01, 8
-_STEP = 0.018  # of the image's diagonal: so far the image moves from one key image to the next
-_LEAST = 24  # also of a film in which little moves: what is wrong with it is told from these
-_NOISE = 2e-4  # of the diagonal: motion that corners seem to have in a still image
+_STEP = 0.018  # of the image's diagonal: the image motion from one key image to the next
+_LEAST = 24  # also of a film with little motion: its problems are diagnosed from these
+_NOISE = 2e-4  # of the diagonal: apparent motion of corners in a still image
 
 
 def choose_keys(
@@ -20,9 +20,9 @@ def choose_keys(
 ) -> list[str]:
     """Return the names of a film's key images in order; of photographs, all.
 
-    The way that the image moves is cut into equal parts, by the median flow of corners from image
-    to image, and the sharpest image of each part is taken. The first image and those in `wanted`
-    are always among them.
+    The path of the image motion, from the median flow of corners between images, is cut into equal
+    parts, and the sharpest image of each part is selected. The first image and those in `wanted`
+    are always included.
     """
     if not footage.is_film:
         return list(footage.names)
@@ -36,7 +36,7 @@ def choose_keys(
 def _watch(
     footage: Footage, names: Sequence[str], progress: Callable[[float], None] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far the image has moved at each image, in diagonals, and how sharp each is."""
+    """Return the accumulated image motion at each image, in diagonals, and its sharpness."""
     import cv2
 
     way, sharp = [0.0], []
@@ -63,13 +63,13 @@ def _small(grey: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _motion(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> float:
-    """Return the median way of corners from one image to the next, as a share of the diagonal."""
+    """Return the median motion of corners between two images, as a share of the diagonal."""
     import cv2
 
     corners = cv2.goodFeaturesToTrack(before, _CORNERS, _QUALITY, _APART_PX)
     if corners is None:
         return 0.0
-    # The type of the last argument does not allow the None that the function takes.
+    # The type of the last argument excludes None, which the function accepts.
     found, kept, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
     ways = np.linalg.norm((found - corners)[kept[:, 0] == 1][:, 0], axis=1)
     share = float(np.median(ways)) / float(np.hypot(*before.shape)) if len(ways) else 0.0
@@ -77,11 +77,11 @@ def _motion(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> float:
 
 
 def _sharpest(way: NDArray[np.float64], sharp: NDArray[np.float64]) -> list[int]:
-    """Return the index of the sharpest image in each of equal parts of the way."""
+    """Return the index of the sharpest image in each of equal parts of the motion."""
     count = int(np.clip(np.ceil(way[-1] / _STEP), _LEAST, MOST_KEYS))
     if count >= len(way):
         return list(range(len(way)))
-    if way[-1] < _LEAST * _NOISE:  # it stands
+    if way[-1] < _LEAST * _NOISE:  # the camera is stationary
         return [int(index) for index in np.linspace(0, len(way) - 1, count).round()]
     part = np.minimum((way / way[-1] * count).astype(np.int64), count - 1)
     chosen = []

@@ -1,4 +1,4 @@
-"""Finds the camera and its poses by matches between images: incremental structure from motion."""
+"""Estimates the camera and its poses from matches: incremental structure from motion."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,14 +11,14 @@ from servoid.scan.matching import SEED, Matched
 from servoid.scan.running import pycolmap, run
 from servoid.scan.solution import Solution
 
-_LEAST_IMAGES = 3  # of a group that hangs together
+_LEAST_IMAGES = 3  # of a connected group
 _MOST_GROUPS = 10
-_GROWTH, _REFINEMENTS = 1.3, 2  # how often all is adjusted: so much larger, and so many rounds
-_CENTER_STD = 0.004  # of the diagonal: a principal point known worse stays in the image's middle
-_WORTH_BENDING = 0.005  # share of the squares that a distortion must take away
-# A feature further off than this, in pixels and in diagonals, counts less than by its square.
+_GROWTH, _REFINEMENTS = 1.3, 2  # global bundle adjustment: after this growth, with so many rounds
+_CENTER_STD = 0.004  # of the diagonal: a less certain principal point stays at the image centre
+_WORTH_BENDING = 0.005  # share of the squared error that a distortion must remove
+# Features with larger errors, in pixels and in diagonals, count less than by their square.
 _FAR_PX, _FAR = 0.5, 0.0006
-_CORNER = 0.5  # COLMAP's pixels begin at the corner of the first one, ours at its centre
+_CORNER = 0.5  # COLMAP's pixels start at the corner of the first pixel, ours at its centre
 
 Floats = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 def place_images(
     matched: Matched, progress: Callable[[float], None] | None = None
 ) -> Solution | None:
-    """Find poses and intrinsics of the largest group of images that hang together; None: no group.
+    """Estimate poses and intrinsics of the largest connected group of images; None if none.
 
     It runs on one thread, so that the same matches give the same bits.
     """
@@ -46,7 +46,7 @@ def _map(matched: Matched, progress: Callable[[float], None] | None) -> list[Any
     options.num_threads = options.mapper.num_threads = 1
     options.random_seed = options.mapper.random_seed = options.triangulation.random_seed = SEED
     options.extract_colors = False
-    # All is adjusted once more at the end, so that less of it suffices on the way.
+    # A final bundle adjustment follows, so that less of it suffices during mapping.
     options.ba_global_frames_ratio = options.ba_global_points_ratio = _GROWTH
     options.ba_global_max_refinements = _REFINEMENTS
     options.min_model_size = _LEAST_IMAGES
@@ -75,12 +75,13 @@ def _map(matched: Matched, progress: Callable[[float], None] | None) -> list[Any
 
 
 def _polish(model: Any, diagonal_px: float) -> tuple[Floats, bool]:
-    """Adjust all together, with as many intrinsics as the images tell.
+    """Run bundle adjustment over all images, with as many intrinsics as the images determine.
 
-    A distortion that hardly brings features nearer is none: where the camera went little around,
-    it would only pull the focal length away. So is a principal point that is known badly.
-    Returns the covariance of the intrinsics that were found, focal length first, for features that
-    deviate by one pixel, and whether the principal point is among them.
+    Distortion that hardly reduces the errors is dropped: if the camera moved little around the
+    scene, it would only bias the focal length. A principal point with a large uncertainty is
+    dropped for the same reason. Returns the covariance of the estimated intrinsics, focal length
+    first, for features with a standard deviation of one pixel, and whether the principal point is
+    among them.
     """
     (camera,) = model.cameras.values()
     found = np.array(camera.params)
@@ -102,7 +103,7 @@ def _polish(model: Any, diagonal_px: float) -> tuple[Floats, bool]:
 
 
 def _adjust(model: Any, *, center: bool, bent: bool) -> Any:
-    """Adjust poses, points, focal length and what else is asked for; return what did it."""
+    """Adjust poses, points, focal length and the requested intrinsics; return the adjuster."""
     colmap = pycolmap()
     options = colmap.BundleAdjustmentOptions()
     options.print_summary = False
@@ -124,7 +125,7 @@ def _adjust(model: Any, *, center: bool, bent: bool) -> Any:
 
 
 def _covariance(model: Any, adjuster: Any) -> Floats | None:
-    """Return the covariance of the intrinsics that were adjusted; None if images do not tell it."""
+    """Return the covariance of the adjusted intrinsics; None if the images do not determine it."""
     colmap = pycolmap()
     asked = colmap.BACovarianceOptions()
     found = run(lambda _: colmap.estimate_ba_covariance(asked, model, adjuster))
@@ -133,12 +134,12 @@ def _covariance(model: Any, adjuster: Any) -> Floats | None:
 
 
 def _squares(model: Any) -> float:
-    """Return the sum of squares by which features lie from where their points are projected."""
+    """Return the sum of the squared reprojection errors."""
     return float(sum(one.error**2 * one.track.length() for one in model.points3D.values()))
 
 
 def _deviation_px(model: Any) -> float:
-    """Return how far features lie from where their points are projected, along one axis."""
+    """Return the standard deviation of the reprojection error along one axis."""
     return float(np.sqrt(0.5 * _squares(model) / max(1, model.compute_num_observations())))
 
 
@@ -194,7 +195,7 @@ def _solution(
 
 
 def _lens(model: Any) -> Lens:
-    """Return what the model's simple radial camera is as a lens."""
+    """Convert the model's simple radial camera to a lens."""
     (camera,) = model.cameras.values()
     focal, u, v, k = camera.params
     return Lens(
@@ -207,7 +208,7 @@ def _lens(model: Any) -> Lens:
 
 
 def _widest(points: Floats, places: Floats, seen: list[NDArray[np.int64]]) -> Floats:
-    """Return the largest angle between the lines of sight to each point, (P,) rad."""
+    """Return the largest angle between the rays to each point, (P,) rad."""
     widest = np.zeros(len(points))
     sights: list[list[Floats]] = [[] for _ in points]
     for place, rows in zip(places, seen, strict=True):

@@ -1,4 +1,4 @@
-"""Finds features in images and matches them between pairs of images, by pycolmap."""
+"""Detects features in images and matches them between pairs of images, with pycolmap."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from servoid.scan.running import pycolmap, run
 
 SEED = 0
 _MOST_FEATURES = 4096
-_MOST_IN_FILM = 2500  # neighbours share nearly all of them
-_LONGEST_PX = 1600  # larger images are shrunk before features are sought in them
-_ALL_PAIRS = 30  # up to so many images of a film each is compared with each
+_MOST_IN_FILM = 2500  # neighbours share nearly all features
+_LONGEST_PX = 1600  # larger images are shrunk before features are detected in them
+_ALL_PAIRS = 30  # up to this number of images of a film, all pairs are compared
 _ALL_PAIRS_OF_PHOTOS = 80
 _NEIGHBOURS = 8
-_ANCHORS = 20  # images of a longer sequence that are compared with each other, spread over it
+_ANCHORS = 20  # images spread over a longer sequence, all pairs of which are compared
 _AT_ONCE = 6  # images, or their pairs with all others, between two reports of progress
 
 Share = Callable[[float], None]
@@ -27,11 +27,11 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True, eq=False)
 class Matched:
-    """Features of images, and which of them look alike; images are counted from 0 in their order.
+    """The features of images and their matches; images are counted from 0 in their order.
 
-    `keypoints` are (N, 2) float64 in pixels, whose (0, 0) is the centre of the first, for each
-    image. `alike` are (M, 2) pairs of features that look alike in two images, and `agreeing` those
-    of them that one motion of a camera before a scene at rest explains.
+    `keypoints` are (N, 2) float64 for each image, in pixels, whose (0, 0) is the centre of the
+    first. `alike` are (M, 2) pairs of features with similar descriptors in two images, and
+    `agreeing` those of them that one camera motion in a static scene explains.
     """
 
     names: tuple[str, ...]
@@ -48,13 +48,13 @@ class Matched:
         return float(np.hypot(*self.size_px))
 
     def places(self, pair: Pair, matches: NDArray[np.int64]) -> tuple[Any, Any]:
-        """Return where matches lie in the two images, (M, 2) float64 each."""
+        """Return the positions of matches in the two images, (M, 2) float64 each."""
         first, second = pair
         return self.keypoints[first][matches[:, 0]], self.keypoints[second][matches[:, 1]]
 
 
 def choose_pairs(count: int, *, is_film: bool) -> list[Pair]:
-    """Return which images are compared: all with all, or of many neighbours and some spread out."""
+    """Return the pairs to compare: all, or neighbours and some others of many images of a film."""
     if count <= (_ALL_PAIRS if is_film else _ALL_PAIRS_OF_PHOTOS):
         return [(i, j) for i in range(count) for j in range(i + 1, count)]
     pairs = {(i, j) for i in range(count) for j in range(i + 1, min(i + 1 + _NEIGHBOURS, count))}
@@ -75,11 +75,12 @@ def match(
     threads: int | None = None,
     progress: Share | None = None,
 ) -> Matched:
-    """Find features in the `files` of a folder and match them; all is kept in a `database`.
+    """Detect features in the `files` of a folder and match them; results are kept in a `database`.
 
-    All images are of one camera. `focal_px` is what it claims to have. In `masks` lies a mask for
-    each image, named like it with .png at the end: features are sought where it is not zero. With
-    `moving_only` what stays at its place in the image is left out, as if only the object moved.
+    All images are of one camera. `focal_px` is its nominal focal length. The folder `masks` has a
+    mask for each image, with the image's name and .png at the end: features are detected where it
+    is not zero. With `moving_only`, features that stay at their position in the image are left out,
+    as if only the object moved.
     """
     tell = progress or (lambda _: None)
     most = _MOST_IN_FILM if is_film else _MOST_FEATURES
@@ -99,7 +100,7 @@ def match_pairs(
     *,
     threads: int | None = None,
 ) -> Matched:
-    """Find features in images of a film and match these pairs of them; otherwise as `match`."""
+    """Detect features in images of a film and match the given pairs; otherwise as `match`."""
     _extract(folder, files, database, None, (_MOST_IN_FILM, threads), lambda _: None)
     _compare(files, pairs, database, False, threads, lambda _: None)
     return _read(files, database)
@@ -130,9 +131,9 @@ def _extract(
         some = list(files[first : first + _AT_ONCE])
 
         def work(token: Any, some: list[str] = some) -> None:
-            # They are numbered before threads end in whatever order.
+            # Number them before the threads finish in an arbitrary order.
             colmap.import_images(database, folder, colmap.CameraMode.SINGLE, some, reader)
-            reader.existing_camera_id = 1  # all are of the camera that the first one brought
+            reader.existing_camera_id = 1  # all share the camera that the first one created
             colmap.extract_features(
                 database,
                 folder,
@@ -149,7 +150,7 @@ def _extract(
 
 
 def _set_focal(database: Path, focal_px: float) -> None:
-    """Tell the database what focal length the camera claims to have."""
+    """Store the camera's nominal focal length in the database."""
     with pycolmap().Database.open(database) as opened:
         (camera,) = opened.read_all_cameras()
         camera.focal_length = focal_px
@@ -196,7 +197,7 @@ def _compare(
 
 
 def _sort(database: Path) -> None:
-    """Sort pairs, which lie there as threads ended: poses are found in the order of pairs."""
+    """Sort the pairs, stored in the order in which threads ended: the mapper uses that order."""
     with pycolmap().Database.open(database) as opened:
         pairs = sorted(zip(*opened.read_all_matches(), strict=True), key=_number)
         geometries = sorted(zip(*opened.read_two_view_geometries(), strict=True), key=_number)
@@ -219,7 +220,7 @@ def _read(files: Sequence[str], database: Path) -> Matched:
         index_of = {numbers[file]: index for index, file in enumerate(files)}
         (camera,) = opened.read_all_cameras()
         keypoints = tuple(
-            # Its pixels begin at the corner of the first one, ours at its centre.
+            # COLMAP's pixel coordinates start at the corner of the first pixel, ours at its centre.
             np.asarray(opened.read_keypoints(numbers[file]), np.float64)[:, :2] - 0.5
             for file in files
         )

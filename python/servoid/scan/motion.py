@@ -1,4 +1,4 @@
-"""Tells by matches alone what no reconstruction can use: nothing to see, standing, only turning."""
+"""Detects from matches what cannot be reconstructed: no features, no motion, pure rotation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from servoid.errors import ScanError
 from servoid.scan.matching import Matched, Pair
 
 _FEW_FEATURES = 60  # in the median image: a blank wall
-_STILL = 0.003  # of the diagonal: what moves less stays where it is
-_MOVED = (0.008, 0.15)  # of the diagonal: what moves by so much may be one thing that moves
-_STANDS = 0.5  # share of matches that stay where they are, before a camera that stands
-_OTHER, _OTHER_COUNT = 0.02, 8  # share and number of matches that move while the camera stands
+_STILL = 0.003  # of the diagonal: matches that move less are stationary
+_MOVED = (0.008, 0.15)  # of the diagonal: matches that move by this may be on one moving object
+_STANDS = 0.5  # share of matches that are stationary if the camera is stationary
+_OTHER, _OTHER_COUNT = 0.02, 8  # share and number of matches that move before a stationary camera
 _NEXT = 2  # images apart: neighbours
-_WIDE = 0.03  # of the diagonal: pairs whose image moved less tell nothing of how the camera moved
+_WIDE = 0.03  # of the diagonal: pairs with less image motion do not constrain the camera's motion
 _LEAST_MATCHES = 30
 _MOST_PAIRS = 40
-_TURN_PX = 0.003  # of the diagonal: so near to where a turn would bring it a match follows the turn
-_ONLY_TURNS = 0.9  # share of matches that follow turns alone
+_TURN_PX = 0.003  # of the diagonal: error below which a match follows a rotation
+_ONLY_TURNS = 0.9  # share of matches that follow rotation alone
 _FOCALS = np.geomspace(0.4, 4.0, 13)  # of the diagonal
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Standing:
-    """What a pair of images says of a camera that may stand: shares of its matches."""
+    """The evidence in a pair of images that the camera is stationary: shares of its matches."""
 
     still: float
     moved: float
@@ -36,7 +36,7 @@ class Standing:
 
 
 def check_features(matched: Matched) -> None:
-    """Check that there is something to see in the images.
+    """Check that the images have enough features.
 
     Raises:
         ScanError: most of them have hardly any feature.
@@ -47,17 +47,17 @@ def check_features(matched: Matched) -> None:
         return
     raise ScanError(
         f"there is too little to see in the images: {np.median(counts):.0f} features in the median "
-        f"one, and at least {_FEW_FEATURES} are needed; a blank wall or a plain table shows none, "
+        f"one, and at least {_FEW_FEATURES} are needed; a blank wall or a plain table has none, "
         "and neither does a blurred or dark image: put printed paper around the object, light it, "
         "and hold the camera still for each photograph"
     )
 
 
 def check_standing(matched: Matched) -> None:
-    """Check that the camera does not stand.
+    """Check that the camera is not stationary.
 
     Raises:
-        ScanError: it does; the message says if an object moves before it.
+        ScanError: it is; the message reports if an object moves before it.
 
     """
     told = {
@@ -68,24 +68,24 @@ def check_standing(matched: Matched) -> None:
     still = float(np.median([one.still for one in told.values()])) if told else 0.0
     if still < _STANDS:
         return
-    # What turns looks alike from one image to the next only.
+    # A turning object matches only between neighbouring images.
     near = [one for (first, second), one in told.items() if second - first <= _NEXT]
     moving = [one for one in near if one.moved >= _OTHER and one.moved_count >= _OTHER_COUNT]
     if 2 * len(moving) >= max(1, len(near)):
         share = np.median([one.moved for one in moving])
         raise ScanError(
-            "the camera stands, and an object moves before a room at rest: "
-            f"{100 * still:.0f} % of what is seen stays at its "
-            f"place in the image, and {100 * share:.0f} % moves, so that the room would be found "
-            "and not the object; use 'servoid track' with --target, which models what moves, or "
-            "scan with --turntable, which leaves out what stays, or with --inside and masks of the "
-            "object"
+            "the camera stands still, and an object moves before a room at rest: "
+            f"{100 * still:.0f} % of the matches stay at their "
+            f"position in the image, and {100 * share:.0f} % move, so that the scan would "
+            "find the room and not the object; use 'servoid track' with --target, "
+            "which models what moves, or scan with --turntable, which leaves out what does "
+            "not move, or with --inside and masks of the object"
         )
     raise ScanError(
         "the camera stands still: "
-        f"{100 * still:.0f} % of what is seen stays at its place "
+        f"{100 * still:.0f} % of the matches stay at their position "
         "in the image; walk around the object while you film it, or take photographs from "
-        "15 to 50 places around it"
+        "15 to 50 positions around it"
     )
 
 
@@ -97,25 +97,25 @@ def _standing(matched: Matched, pair: Pair, matches: NDArray[np.int64]) -> Stand
 
 
 def check_turning(matched: Matched) -> None:
-    """Check that the camera does more than turn where it is.
+    """Check that the camera does more than rotate in place.
 
     Raises:
-        ScanError: turns alone explain nearly all that is seen.
+        ScanError: rotation alone explains nearly all matches.
 
     """
     share = turning_share(matched)
     if share is not None and share > _ONLY_TURNS:
         raise ScanError(
-            f"the camera only turns: turns on the spot explain {100 * share:.0f} % of how the "
-            "image moves, and show nothing of how far things are; walk sideways around the object "
+            f"the camera only turns: rotation in place explains {100 * share:.0f} % of the "
+            "image motion, which does not determine distances; walk sideways around the object "
             "and keep it in the middle of the image"
         )
 
 
 def turning_share(matched: Matched) -> float | None:
-    """Return the share of matches that turns of a camera on the spot explain; None: unknown.
+    """Return the share of matches that a camera rotating in place explains; None if unknown.
 
-    The focal length is the one with which turns explain most.
+    The focal length is the one for which rotation explains most.
     """
     pairs = _wide_pairs(matched)
     if not pairs:
@@ -132,7 +132,7 @@ def turning_share(matched: Matched) -> float | None:
 
 
 def _wide_pairs(matched: Matched) -> Sequence[tuple[Pair, NDArray[np.int64]]]:
-    """Return pairs of images between which the image moved most, spread over all."""
+    """Return the pairs of images with the largest image motion, spread over all images."""
     wide = []
     for pair, matches in sorted(matched.agreeing.items()):
         one, other = matched.places(pair, matches)
@@ -144,7 +144,7 @@ def _wide_pairs(matched: Matched) -> Sequence[tuple[Pair, NDArray[np.int64]]]:
 
 
 def _following(one: Floats, other: Floats, focal: float) -> float:
-    """Return the share of matches (M, 2), in diagonals, that the best turn brings together."""
+    """Return the share of matches (M, 2), in diagonals, that the best rotation explains."""
     before, after = _rays(one, focal), _rays(other, focal)
     kept = np.ones(len(one), bool)
     near = kept
@@ -164,14 +164,14 @@ def _rays(places: Floats, focal: float) -> Floats:
 
 
 def _turn(before: Floats, after: Floats) -> Floats:
-    """Return the rotation (3, 3) that brings rays closest to others, by Kabsch's method."""
+    """Return the rotation (3, 3) that best aligns rays with others, by Kabsch's method."""
     left, _, right = np.linalg.svd(after.T @ before)
     sign = np.sign(np.linalg.det(left @ right))
     return left @ np.diag([1.0, 1.0, sign]) @ right
 
 
 def refuse_unplaced(matched: Matched) -> NoReturn:
-    """Say why no poses were found at all.
+    """Report why no poses were found.
 
     Raises:
         ScanError: always.
@@ -180,11 +180,11 @@ def refuse_unplaced(matched: Matched) -> NoReturn:
     joined = sum(len(matches) >= _LEAST_MATCHES for matches in matched.agreeing.values())
     if joined < len(matched.names) - 1:
         raise ScanError(
-            "the images show too little of the same: only "
-            f"{joined} of {len(matched.names) * (len(matched.names) - 1) // 2} pairs share enough; "
-            "take them nearer to each other, and lay printed paper around a plain object"
+            "the images share too little of the scene: only "
+            f"{joined} of {len(matched.names) * (len(matched.names) - 1) // 2} pairs overlap "
+            "enough; take them closer together, and lay printed paper around a plain object"
         )
     raise ScanError(
-        "the images tell no distances: all that they share lies in one plane, or the camera hardly "
-        "moved to the side; walk around an object that stands before something"
+        "the images do not determine distances: all that they share is in one plane, or the "
+        "camera hardly moved to the side; walk around an object that has a background"
     )

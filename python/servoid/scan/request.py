@@ -1,4 +1,4 @@
-"""What a scan is asked for."""
+"""The options of a scan."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,22 +12,25 @@ from servoid.scan.metres.scale import Baseline, Length
 from servoid.segment import Target
 
 Progress = Callable[[float, str], None]
-"""Is told the share done and what is being done."""
+"""Receives the share done and a description of the current stage."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """How images are to be scanned.
+    """How to scan images.
 
-    `lengths`, `board`, `baselines` and `partner`, the second eye of a pair, tell the scale; of
-    several kinds the first of this order is used. `wanted` names images of a film that are key
-    images in any case. `masks` is a folder of object masks, named like the images, which go into
-    the capture. `inside` says where features are sought: a folder of masks, or a target, which is
-    looked for in each image; of a box it is the box itself. With `turntable` what stays at its
-    place in the image is left out, for an object that turns before a camera that stands.
-    `told_lens` is how a person or a file says that the camera sees, which is compared with what is
-    found. `notes` are passed on to the result. `threads` find and compare features (default: all
-    cores); poses are found on one, so that the same images give the same bits.
+    `lengths`, `board`, `baselines` and `partner`, the second camera of a pair, determine the scale;
+    if several kinds are given, the first in this order is used. `wanted` names images of a film
+    that are always key images. `masks` is a folder of object masks, named like the images, which
+    are copied into the capture.
+
+    `inside` limits feature detection: a folder of masks, or a target that is found in each image; a
+    box is used as it is. With `turntable`, features that do not move in the image are left out, for
+    an object that turns before a stationary camera.
+
+    `told_lens` is the calibration from the user or a file, which is compared with the estimate.
+    `notes` are passed on to the result. `threads` detect and match features (default: all cores);
+    poses are estimated on one, so that the same images give the same bits.
     """
 
     lengths: tuple[Length, ...] = ()
@@ -44,7 +47,7 @@ class Request:
     progress: Progress | None = None
 
     def keys(self) -> tuple[str, ...]:
-        """Return the names of images that must be among the key images."""
+        """Return the names of images that must be key images."""
         marked = [one.name for one in self.lengths]
         ends = [name for one in self.baselines for name in (one.first, one.second)]
         return tuple(image_name(name) for name in (*self.wanted, *marked, *ends))

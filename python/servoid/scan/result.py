@@ -1,4 +1,4 @@
-"""What a scan returns: the solution, its scale, and what a person should know of both."""
+"""The result of a scan: the solution, its scale, and messages for the user on both."""
 
 import math
 from collections.abc import Iterator
@@ -19,17 +19,20 @@ _MANY_MISSING = 0.2
 _LARGE_ERROR = 0.0015  # of the diagonal
 _ROUGH_FOCAL = 0.01
 _FEW_IMAGES = 8
-_CLOSE_FOCAL, _SURE = 0.03, 5.0  # share, and deviations, that a told focal length may be off
+_CLOSE_FOCAL, _SURE = (
+    0.03,
+    5.0,
+)  # share, and standard deviations, of an accepted difference
 _ONE_SIDE_RAD = math.radians(60.0)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scan:
-    """Where the camera was at each image, in a capture at `path`.
+    """The poses of the camera, in a capture at `path`.
 
-    `count` images were there, of which `keys` were used. Without `scale` the median distance from
-    the cameras to what they see is 1. `times` are seconds by stage, `notes` what a person should
-    read beside `doubts`.
+    There were `count` images, of which `keys` were used. Without `scale`, the median distance from
+    the cameras to the points is 1. `times` are seconds by stage. `notes` are messages for the user
+    besides `doubts`.
     """
 
     source: Path
@@ -44,12 +47,12 @@ class Scan:
 
     @property
     def seconds(self) -> float:
-        """Return how long it took."""
+        """Return the total duration."""
         return sum(self.times.values())
 
     @cached_property
     def around_rad(self) -> float:
-        """Return the largest angle between directions from which the scene was seen."""
+        """Return the largest angle between the directions from which the scene was seen."""
         middle = np.median(self.solution.points, axis=0)
         toward = self.solution.places - middle
         toward = toward / np.linalg.norm(toward, axis=1)[:, None]
@@ -57,7 +60,7 @@ class Scan:
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
-        """Return sentences on what makes the scan doubtful."""
+        """Return messages on what makes the scan doubtful."""
         return tuple(self._doubts())
 
     def _doubts(self) -> Iterator[str]:
@@ -65,58 +68,58 @@ class Scan:
         if self.scale is None:
             yield (
                 "the scale is unknown, so lengths are not in metres: the median distance from the "
-                "camera to what it sees counts as 1; give --length in two images, --board or "
+                "camera to the scene is set to 1; give --length in two images, --board or "
                 "--apart"
             )
         if len(solution.missing) > _MANY_MISSING * self.keys:
             yield (
-                f"{len(solution.missing)} of {counted(self.keys, 'image')} found no place: "
-                f"{_some(solution.missing)}; they show too little of what the others show"
+                f"{len(solution.missing)} of {counted(self.keys, 'image')} have no pose: "
+                f"{_some(solution.missing)}; they overlap too little with the others"
             )
         if solution.parallax_rad < _LITTLE_PARALLAX_RAD:
             yield (
-                f"the camera went little to the side: points are seen under "
+                f"the camera moved little sideways: the parallax of points is "
                 f"{math.degrees(solution.parallax_rad):.1f} degrees, so that distances and the "
-                "focal length are rough; walk further around the object"
+                "focal length are inaccurate; walk further around the object"
             )
         if solution.rms_px > _LARGE_ERROR * math.hypot(*solution.lens.size_px):
             yield (
-                f"features lie {solution.rms_px:.1f} px beside where they should: blur, a rolling "
+                f"the reprojection error is {solution.rms_px:.1f} px: blur, a rolling "
                 "shutter, a zoom that changed, or something that moved"
             )
         if not solution.focal_std_px < _ROUGH_FOCAL * solution.focal_px:
             yield (
-                f"the focal length is known to {solution.focal_std_px:.0f} of "
-                f"{solution.focal_px:.0f} px only"
+                f"the standard deviation of the focal length is {solution.focal_std_px:.0f} of "
+                f"{solution.focal_px:.0f} px"
             )
-        yield from self._told_otherwise()
+        yield from self._focal_contradiction()
         if len(solution.names) < _FEW_IMAGES:
-            yield f"only {counted(len(solution.names), 'image')} tell where things are; take more"
+            yield f"only {counted(len(solution.names), 'image')} have poses; take more"
         if self.around_rad < _ONE_SIDE_RAD:
             yield (
                 "the scene was seen from one side: directions differ by "
-                f"{math.degrees(self.around_rad):.0f} degrees at most; what is behind stays unknown"
+                f"{math.degrees(self.around_rad):.0f} degrees at most; the rear stays unknown"
             )
 
-    def _told_otherwise(self) -> Iterator[str]:
-        """Say if the focal length that was told is not the one that the images tell."""
+    def _focal_contradiction(self) -> Iterator[str]:
+        """Report if the given focal length contradicts the images."""
         if self.told_lens is None:
             return
         solution = self.solution
         told_px = float(np.mean(self.told_lens.focal_px))
         if solution.parallax_rad < _LITTLE_PARALLAX_RAD:
-            return  # then the images hardly tell one
+            return  # then the images hardly determine it
         sure_px = max(_SURE * solution.focal_std_px, _CLOSE_FOCAL * solution.focal_px)
         if abs(told_px - solution.focal_px) > sure_px:
             fov_deg = 2.0 * math.atan(0.5 * solution.lens.size_px[0] / solution.focal_px)
             yield (
                 f"the images fit a focal length of about {solution.focal_px:.0f} px better than "
                 f"the {told_px:.0f} px that were told: {math.degrees(fov_deg):.1f} degrees from "
-                "left to right; the scan has what it found"
+                "left to right; the scan uses its own estimate"
             )
 
     def numbers(self) -> dict[str, Any]:
-        """Return all figures, for scan.json, in radians, pixels, seconds and the scan's unit."""
+        """Return all figures for scan.json, in radians, pixels, seconds and the scan's unit."""
         solution, scale = self.solution, self.scale
         return {
             "version": 1,

@@ -1,4 +1,4 @@
-"""Runs pycolmap beside the caller: it can be stopped, stays silent, and its seed is fixed."""
+"""Runs pycolmap in a thread: it can be stopped, prints nothing, and its seed is fixed."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -8,12 +8,12 @@ from typing import Any, TypeVar
 
 from servoid.errors import MissingExtraError
 
-_LOOK_S = 0.1  # so often the caller is asked if it still wants the result
+_LOOK_S = 0.1  # period at which the caller may stop the work
 MadeT = TypeVar("MadeT")
 
 
 def pycolmap() -> ModuleType:
-    """Return the library that finds poses, silent.
+    """Return the library that estimates poses, with its output turned off.
 
     Raises:
         MissingExtraError: it is not installed.
@@ -28,9 +28,9 @@ def pycolmap() -> ModuleType:
 
 
 def run(work: Callable[[Any], MadeT], while_waiting: Callable[[], None] | None = None) -> MadeT:
-    """Run `work`, which is given a token for pycolmap, in a thread; Ctrl-C stops it and comes out.
+    """Run `work`, which takes a token for pycolmap, in a thread; Ctrl-C stops it and propagates.
 
-    `while_waiting` is called on the caller's thread now and then; what it raises stops the work.
+    `while_waiting` is called regularly on the caller's thread; an exception in it stops the work.
     """
     token = pycolmap().CancellationToken()
     with ThreadPoolExecutor(max_workers=1) as pool:

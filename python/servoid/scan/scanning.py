@@ -1,4 +1,4 @@
-"""Scans: from images without poses and calibration to a capture that has both."""
+"""Scans: turns images without poses and calibration into a capture that has both."""
 
 import tempfile
 import time
@@ -31,9 +31,9 @@ from servoid.scan.staging import Staged, stage
 from servoid.scan.writing import FOLDER, IMAGES, MASKS, write_capture
 
 _LEAST_IMAGES = 3
-_MASKING = 0.05  # share of the work on features
-# Shares of the whole work: choosing key images, features and matches, poses, and the second eye,
-# which only few have.
+_MASKING = 0.05  # share of the feature stage
+# Shares of the whole work: selecting key images, features and matches, poses, and the second
+# camera, which is rarely present.
 _SHARES = {"key images": 0.1, "features": 0.6, "poses": 0.22, "second eye": 0.08}
 
 Page = Callable[[Scan, Path], bytes]
@@ -45,16 +45,16 @@ def scan(
     request: Request | None = None,
     page: Page | None = None,
 ) -> Scan:
-    """Find poses and calibration of a video or of photographs, and write a capture to `out`.
+    """Estimate poses and calibration of a video or of photographs, and write a capture to `out`.
 
-    `page` is given the scan and the folder of its images, and returns report.html. An earlier scan
-    in `out` is replaced; on any error nothing is written.
+    `page` takes the scan and the folder of its images, and returns report.html. An earlier scan in
+    `out` is replaced; on any error nothing is written.
 
     Raises:
-        ScanError: the images cannot be scanned; the message says why and what to do.
+        ScanError: the images cannot be scanned; the message gives the reason and the remedy.
         CaptureError, ImageError, MaskError: a file cannot be used.
         MissingExtraError: pycolmap is not installed.
-        OutputError: `out` holds something else, or cannot be written.
+        OutputError: `out` contains something else, or cannot be written.
 
     """
     pycolmap()
@@ -68,7 +68,7 @@ def scan(
 
 @dataclass
 class _Work:
-    """One scan on its way: what it was asked for, and the time that each stage took."""
+    """A scan in progress: its request, and the duration of each stage."""
 
     footage: Footage
     out: Path
@@ -77,7 +77,7 @@ class _Work:
     times: dict[str, float] = field(default_factory=dict)
 
     def fill(self, draft: Path) -> Scan:
-        """Write the capture into an empty folder; this is the order of a scan."""
+        """Write the capture into an empty folder, stage by stage."""
         _check_count(self.footage.path, len(self.footage.names))
         with self._stage("key images") as tell:
             keys = choose_keys(self.footage, self.request.keys(), lambda s: tell(0.6 * s))
@@ -133,7 +133,7 @@ class _Work:
             return solution
 
     def _inside(self, staged: Staged, folder: Path) -> Path | None:
-        """Write masks of where features are sought; None: everywhere."""
+        """Write the masks for feature detection; None: detect everywhere."""
         request = self.request
         if request.inside is None and not request.turntable:
             return None
@@ -159,7 +159,7 @@ class _Work:
 
     @contextmanager
     def _stage(self, name: str) -> Iterator[Callable[[float], None]]:
-        """Take the time of a stage, and give what tells the share of it that is done."""
+        """Time a stage, and return the function that reports the share of it that is done."""
         before = sum(share for known, share in _SHARES.items() if known in self.times)
         start = time.perf_counter()
         self.times[name] = 0.0
@@ -181,6 +181,6 @@ def _images(staged: Staged) -> Iterable[tuple[str, NDArray[np.uint8]]]:
 def _check_count(path: Path, count: int) -> None:
     if count < _LEAST_IMAGES:
         raise ScanError(
-            f"{path} holds {count} image{'s' * (count != 1)}, too few: a scan needs at least "
-            f"{_LEAST_IMAGES}, and is good with 15 to 50 from all around the object"
+            f"{path} has {count} image{'s' * (count != 1)}, too few: a scan needs at least "
+            f"{_LEAST_IMAGES}, and works well with 15 to 50 from all around the object"
         )

@@ -1,4 +1,4 @@
-"""What a scan found out: the camera, where it was at each image, and how sure that is."""
+"""The estimates of a scan: the camera, its poses, and their uncertainty."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,14 +11,14 @@ from servoid._native import Lens, Pose
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Where one camera was at each image that was found, in a world of unknown scale.
+    """The poses of one camera at the images that have one, in a world of unknown scale.
 
-    `points` are (P, 3) float64 on what was seen, in that world; `widest_rad` (P,) is the largest
-    angle between two lines of sight to each. `marks_px[i]` are (N, 2) float64, where image i sees
-    the points whose indices are `seen[i]` (N,), and `error_px` (V,) is how far from there they are
-    projected, as the root of the mean square in each image. `focal_std_px` is the standard
-    deviation of the focal length by the spread of the features about their projections. `groups`
-    are the names of images that hang together, but not with those that were found.
+    `points` are (P, 3) float64, scene points in that world; `widest_rad` (P,) is the largest angle
+    between two rays to each. `marks_px[i]` are (N, 2) float64, the pixels in which image i sees the
+    points with the indices `seen[i]` (N,). `error_px` (V,) is the RMS reprojection error of each
+    image. `focal_std_px` is the standard deviation of the focal length, derived from the
+    reprojection errors. `groups` are the names of images that are connected with each other, but
+    not with those that have poses.
     """
 
     names: tuple[str, ...]
@@ -36,23 +36,23 @@ class Solution:
 
     @cached_property
     def places(self) -> NDArray[np.float64]:
-        """Return where the camera was, (V, 3)."""
+        """Return the positions of the camera, (V, 3)."""
         return np.array([pose.translation for pose in self.world_from_camera])
 
     @property
     def focal_px(self) -> float:
-        """Return the focal length, which is one for both directions."""
+        """Return the focal length, which is the same in both directions."""
         return self.lens.focal_px[0]
 
     @property
     def rms_px(self) -> float:
-        """Return how far features lie from where their points are projected, over all images."""
+        """Return the RMS reprojection error over all images."""
         counts = np.array([len(one) for one in self.seen], np.float64)
         return float(np.sqrt((counts * self.error_px**2).sum() / counts.sum()))
 
     @property
     def parallax_rad(self) -> float:
-        """Return the median of the largest angles between lines of sight."""
+        """Return the median over points of the largest angle between rays."""
         return float(np.median(self.widest_rad))
 
     @cached_property
@@ -70,11 +70,11 @@ class Solution:
         )
 
     def index(self, name: str) -> int | None:
-        """Return the place of an image among those that were found, or None."""
+        """Return the index of an image among those with poses, or None."""
         return self.names.index(name) if name in self.names else None
 
     def scaled(self, by: float) -> "Solution":
-        """Return the same with all lengths multiplied, in the first image's frame."""
+        """Return the solution with all lengths multiplied, in the first image's frame."""
         first_from_world = self.world_from_camera[0].inverse()
         poses = tuple(first_from_world @ pose for pose in self.world_from_camera)
         scaled = tuple(

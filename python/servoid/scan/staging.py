@@ -1,4 +1,4 @@
-"""Puts the images of a scan into a folder, all upright and of one size, as a capture holds them."""
+"""Writes the images of a scan to a folder, upright and of one size, as a capture needs them."""
 
 import shutil
 from collections.abc import Callable, Iterable
@@ -17,14 +17,14 @@ from servoid.errors import ImageError, OutputError
 from servoid.scan.footage import Footage
 
 _JPEG_QUALITY = 95
-_SAME_FOCAL = 0.02  # share by which the focal lengths that photographs note may differ
+_SAME_FOCAL = 0.02  # share by which the focal lengths in the EXIF data of photographs may differ
 
 Size = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Staged:
-    """Images in a folder: their files' names in order, their size, and a focal length they note."""
+    """Images in a folder: file names in order, their size, and the focal length in EXIF data."""
 
     folder: Path
     files: tuple[str, ...]
@@ -35,7 +35,7 @@ class Staged:
 
 @dataclass(frozen=True)
 class _Photo:
-    """A photograph's file, its size as stored, and how it is to be turned."""
+    """A photograph's file, its size as stored, and its orientation."""
 
     file: Path
     stored_px: Size
@@ -43,7 +43,7 @@ class _Photo:
 
     @property
     def upright_px(self) -> Size:
-        """Return the size once it is turned."""
+        """Return the size after rotation."""
         width, height = self.stored_px
         return (height, width) if self.exif.is_on_side else (width, height)
 
@@ -54,10 +54,10 @@ def stage(
     folder: Path,
     progress: Callable[[float], None] | None = None,
 ) -> Staged:
-    """Write or copy the images of these names into an empty folder.
+    """Write or copy the named images into an empty folder.
 
-    Photographs that need no turn are copied. Where some were held upright and others on their side,
-    all stay as they were stored: a camera has one calibration.
+    Photographs that need no rotation are copied. If some were held upright and others on their
+    side, all stay as stored: a camera has one calibration.
 
     Raises:
         ImageError: a file is damaged, or the images differ in size.
@@ -103,7 +103,7 @@ def _stage_film(
 
 
 def _stage_photo(folder: Path, name: str, photo: _Photo, size: Size) -> str:
-    image = read_image(photo.file, size)  # which is refused here if it is damaged
+    image = read_image(photo.file, size)  # raises if the file is damaged
     if not photo.exif.is_turned:
         file = f"{name}{photo.file.suffix.lower()}"
         shutil.copyfile(photo.file, folder / file)
@@ -114,7 +114,7 @@ def _stage_photo(folder: Path, name: str, photo: _Photo, size: Size) -> str:
 
 
 def encode(image: NDArray[np.uint8]) -> bytes:
-    """Return an image (H, W, 3) RGB as the bytes of a JPEG file."""
+    """Encode an image (H, W, 3) RGB as the bytes of a JPEG file."""
     import cv2
 
     options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
@@ -125,20 +125,20 @@ def encode(image: NDArray[np.uint8]) -> bytes:
 
 
 def _one_size(path: Path, sizes: dict[str, Size]) -> Size:
-    """Return the (width, height) that all images have, or raise ImageError."""
+    """Return the common (width, height) of all images, or raise ImageError."""
     kinds = sorted(set(sizes.values()))
     if len(kinds) == 1:
         return kinds[0]
     first = {kind: next(name for name, size in sizes.items() if size == kind) for kind in kinds}
-    told = ", ".join(f"{width}x{height} ({first[width, height]})" for width, height in kinds[:4])
+    listed = ", ".join(f"{width}x{height} ({first[width, height]})" for width, height in kinds[:4])
     raise ImageError(
-        f"{path}: the images differ in size: {told}; a scan needs those of one camera, at one "
-        "zoom; put the others elsewhere"
+        f"{path}: the images differ in size: {listed}; a scan needs those of one camera, at one "
+        "zoom; move the others elsewhere"
     )
 
 
 def _noted_focal(photos: dict[str, _Photo], size: Size) -> float | None:
-    """Return the focal length that all photographs note, if they agree."""
+    """Return the focal length in the EXIF data of all photographs, if they agree."""
     noted = [one.exif.focal_px(size) for one in photos.values()]
     known = [one for one in noted if one is not None]
     if len(known) < len(noted) or max(known) > (1.0 + _SAME_FOCAL) * min(known):

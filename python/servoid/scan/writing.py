@@ -1,4 +1,4 @@
-"""Writes a scan as a capture: images, camera, poses, and how sure all of it is."""
+"""Writes a scan as a capture: images, camera, poses, and their uncertainty."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -39,7 +39,7 @@ _NO_SCALE = "metric = false  # lengths are in units of the median distance to wh
 def write_capture(
     draft: Path, scan: Scan, staged: Staged, page: Callable[[Scan, Path], bytes] | None
 ) -> None:
-    """Write all of a scan into the folder that has its images; those without a place go."""
+    """Write a scan into the folder of its images; images without a pose are deleted."""
     if page is not None:
         (draft / REPORT).write_bytes(page(scan, draft / IMAGES))
     found = set(scan.solution.names)

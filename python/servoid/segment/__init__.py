@@ -1,4 +1,4 @@
-"""Which pixels are the object's: targets, and the masks that they mean."""
+"""Segmentation: targets, and the masks of the objects that they mean."""
 
 from servoid.segment.doubts import Depth
 from servoid.segment.finding import Found, find_object, seek_object, undoubted

@@ -1,4 +1,4 @@
-"""Answers to the same question asked several times: what they share, and how far they differ."""
+"""Masks for a target and its moved copies: their consensus, and how far they differ."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,26 +8,26 @@ import numpy as np
 from servoid.segment.segment import Image, Mask, Window, grow_mask, refine_border
 
 HAND_PX = 3.0
-"""By how much a person may miss what is meant with a box, a click or a mask, in pixels."""
+"""The error of a user's box, click or mask, in pixels."""
 
 STEADY = 0.94
-"""The least overlap of each answer with what most of them say."""
+"""The least overlap of each answer with the consensus."""
 
 CLEAR = 0.8
-"""The least overlap of all that may be meant with it, on average."""
+"""The least overlap of all possible answers with the consensus, on average."""
 
-_DIFFERENT = 0.9  # overlap below which two answers are shown as two
-_NO_OTHER = 0.9  # overlap above which a sharp mask is still the rough one
+_DIFFERENT = 0.9  # overlap below which two answers count as different
+_NO_OTHER = 0.9  # overlap above which a sharp mask still matches the rough one
 _MOST_SHOWN = 4
-_COARSE = 1.5  # pixels of the small image by which its cut may miss a border
+_COARSE = 1.5  # border error of a cut, in pixels of the small image
 
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """What was found for a target and for the same target moved by `HAND_PX`, in the small image.
+    """The masks for a target and for the same target moved by `HAND_PX`, in the small image.
 
-    `mask` is what most answers say; `masks` are the answers. `clearness` is the overlap of all
-    cuts that were weighed with it, from 0 to 1, each counting by its worth.
+    `mask` is the consensus of the answers; `masks` are the answers. `clearness` is the overlap of
+    all candidate cuts with the consensus, from 0 to 1, weighted by their scores.
     """
 
     window: Window
@@ -39,7 +39,7 @@ class Answers:
     def of(
         cls, window: Window, masks: Sequence[Mask], weighed: Sequence[tuple[float, Mask]] = ()
     ) -> "Answers":
-        """Join answers; `weighed` are all cuts that these were chosen from, with their worth."""
+        """Combine answers; `weighed` are all candidate cuts, with their scores."""
         votes = np.sum([mask != 0 for mask in masks], axis=0)
         mask = np.where(2 * votes > len(masks), 255, 0).astype(np.uint8)
         worth = sum(worth for worth, _ in weighed)
@@ -48,11 +48,11 @@ class Answers:
 
     @property
     def steadiness(self) -> float:
-        """Return the overlap of what most answers say with the answer that differs most."""
+        """Return the overlap of the consensus with the answer that differs most."""
         return min(overlap(mask, self.mask) for mask in self.masks)
 
     def sharp(self, image: Image) -> Mask:
-        """Return the mask in the image's size, its border found on the image's own pixels."""
+        """Return the mask at the image's size, with its border refined on the image itself."""
         import cv2
 
         rough = refine_border(image, self.window, self.mask)
@@ -67,7 +67,7 @@ class Answers:
         return grown if overlap(grown, rough) > _NO_OTHER else rough
 
     def shown(self, shape: tuple[int, ...]) -> tuple[Mask, ...]:
-        """Return the answers that differ, in an image's size; what most say is the first."""
+        """Return the answers that differ, at an image's size; the consensus comes first."""
         kept = [self.mask]
         for mask in self.masks:
             if len(kept) < _MOST_SHOWN and all(overlap(mask, one) < _DIFFERENT for one in kept):

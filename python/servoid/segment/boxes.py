@@ -1,4 +1,4 @@
-"""Finds the object that fills a box: cuts from several starts, for the box and for moved ones."""
+"""Finds the object in a box: cuts from several starts, for the box and for moved copies."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ Corners = tuple[float, float, float, float]
 _SIDE_PX = 96
 _MARGIN = 0.2
 _ROUNDS = 3
-# For each start: the plain one is left only for one that is clearly better.
+# For each start: the plain one is replaced only by one that is clearly better.
 _HANDICAPS = (1.0, 0.4, 1.0 / 1.5, 1.0 / 1.5)
-_CORE = 0.7  # share of the box's sides; most objects fill the middle of a tight box
-# How the corners are moved, in shares of a hand's error: not at all, larger, smaller, and aslant.
+_CORE = 0.7  # share of the box's sides; most objects fill the core of a tight box
+# Displacements of the corners, in units of a hand's error: none, larger, smaller, and shifted.
 _MOVES = (
     (0.0, 0.0, 0.0, 0.0),
     (-1.0, -1.0, 1.0, 1.0),
@@ -47,11 +47,10 @@ def pixels_in(box: Corners, shape: tuple[int, ...]) -> Mask:
 
 
 def grow_from_box(image: Image, box: Corners) -> Answers:
-    """Find the object in a box, and in the same box moved by a hand's error; they may be empty.
+    """Find the object in a box, and in copies of the box moved by a hand's error; may be empty.
 
-    The object may reach beyond a box by a hand's error. Of the cuts in a box the one is chosen
-    that fills it best, whose border lies on edges, whose colours are rarer around it, and that is
-    no scatter of patches.
+    The object may extend beyond a box by a hand's error. Of the cuts in a box, the best fills the
+    box, has its border on edges, has colours that are rare around it, and is compact.
     """
     boxes = [_moved(box, by) for by in _MOVES]
     window = Window.around(pixels_in(larger(boxes[1]), image.shape), _SIDE_PX, _MARGIN)
@@ -74,7 +73,7 @@ def grow_from_box(image: Image, box: Corners) -> Answers:
 
 @dataclass(frozen=True, eq=False)
 class _Offer:
-    """What a box offers in the small image: its own pixels, its core, and those of the object."""
+    """The pixels of a box in the small image: all, its core, and those the object may cover."""
 
     drawn: NDArray[np.bool_]
     core: NDArray[np.bool_]
@@ -82,7 +81,7 @@ class _Offer:
 
     @classmethod
     def of(cls, box: Corners, window: Window, shape: tuple[int, ...]) -> "_Offer | None":
-        """Return what a box offers; None if it offers nothing or everything."""
+        """Return the pixels of a box; None if the object may be nowhere or everywhere."""
         aside = 0.5 * (1.0 - _CORE)
         width, height = box[2] - box[0], box[3] - box[1]
         core = (
@@ -100,7 +99,7 @@ class _Offer:
 
 def _moved(box: Corners, by: Corners) -> Corners:
     left, top, right, bottom = (side + HAND_PX * way for side, way in zip(box, by, strict=True))
-    if left >= right:  # a box that is smaller than a hand's error keeps its middle
+    if left >= right:  # a box smaller than a hand's error collapses to its centre
         left = right = 0.5 * (left + right)
     if top >= bottom:
         top = bottom = 0.5 * (top + bottom)
@@ -108,7 +107,7 @@ def _moved(box: Corners, by: Corners) -> Corners:
 
 
 def _starts(small: Image, offer: _Offer) -> Iterator[NDArray[np.uint8]]:
-    """Yield labels to start from, between which only their success can decide."""
+    """Yield labels to start from; only their results can decide between them."""
     possible = offer.possible
     yield np.where(possible, MAYBE, NOT).astype(np.uint8)
     yield np.where(offer.core, CERTAIN, np.where(possible, MAYBE, NOT)).astype(np.uint8)
@@ -128,7 +127,7 @@ def _worth(small: Image, mask: Mask, edges: NDArray[np.float32], offer: _Offer) 
 
 
 def _tightness(mask: Mask, drawn: NDArray[np.bool_]) -> float:
-    """Say how nearly a mask reaches all four sides of its box, without being all of it."""
+    """Return how nearly a mask reaches all four sides of its box without filling it."""
     gaps = 0.0
     for axis in (0, 1):
         taken, offered = (np.flatnonzero(px.any(axis=axis))[[0, -1]] for px in (mask, drawn))

@@ -1,4 +1,4 @@
-"""Finds the object that a click names: cuts in discs around it, and around moved clicks."""
+"""Finds the object at a click: cuts in discs around it, and around moved clicks."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,21 +9,21 @@ from servoid.segment.segment import CERTAIN, MAYBE, MAYBE_NOT, NOT, Image, Mask,
 from servoid.segment.worth import border_on_edges, colors_agree, edges_of
 
 _RADII = (0.06, 0.09, 0.13, 0.19, 0.28, 0.4, 0.55, 0.8)
-_LONGEST_PX = 400  # of the small image in which clicks are followed
+_LONGEST_PX = 400  # of the small image in which clicks are processed
 _SIDE_PX = 80
 _ROUNDS = 3
 _CERTAIN_SHARE = 0.12
 _LIKELY_SHARE = 0.5
-_RIM_SHARE = 0.02  # of the image, taken for background: an object is seen whole
+_RIM_SHARE = 0.02  # of the image, assumed to be background: the object is fully visible
 _MOVES = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
 def grow_from_click(image: Image, u: float, v: float) -> Answers:
     """Find the object at the pixel (u, v), and at pixels a hand's error away; may be empty.
 
-    GrabCut starts from discs around the click, from small ones to most of the image. The cut stays
-    whose border lies on edges, whose colours differ from those around it, and which the disc
-    before found as well; of two that are as good, the larger.
+    GrabCut starts from discs around the click, from small ones to most of the image. The best cut
+    has its border on edges and colours that differ from those around it, and the previous disc
+    found it as well; of two equally good cuts, the larger one is used.
     """
     window = Window.whole(image.shape, _LONGEST_PX)
     small = window.small(image)
@@ -56,11 +56,11 @@ def _grown(image: Image, u: float, v: float) -> Mask:
 def _cut_disc(
     image: Image, distance: NDArray[np.float64], radius: float
 ) -> tuple[Window, Image, Mask, NDArray[np.bool_]]:
-    """Cut an object in a disc; return the part that holds the click, and the disc."""
+    """Cut an object in a disc; return the part that contains the click, and the disc."""
     inner = np.zeros(distance.shape, bool)
     rim = max(2, round(_RIM_SHARE * max(distance.shape)))
     inner[rim:-rim, rim:-rim] = True
-    # A click beside the image, from being moved, still has its nearest pixel.
+    # A click that was moved out of the image uses the nearest pixel.
     near = distance <= max(2.0, float(distance.min()))
 
     def disc(share: float) -> Mask:
@@ -78,7 +78,7 @@ def _cut_disc(
 
 
 def _part_with(mask: Mask, seeds: NDArray[np.bool_]) -> Mask:
-    """Keep the connected part of a mask that holds most of the seeds."""
+    """Keep the connected component of a mask that contains most of the seeds."""
     import cv2
 
     labels = np.asarray(cv2.connectedComponents(mask, connectivity=4)[1])

@@ -1,4 +1,4 @@
-"""Says what speaks against a mask: depth that parts it, sides of a box that it leaves, thinness."""
+"""Checks a mask for signs of error: a gap in depth, a box side that is far away, thinness."""
 
 from dataclasses import dataclass
 
@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from servoid.segment.answers import HAND_PX
 from servoid.segment.segment import Mask
 
-_BORDER_PX = 2  # depth at an outline mixes object and background
-_LEAST_PIXELS = 50  # with depth, below which nothing is said
-_LEAST_SHARE = 0.1  # of a mask's pixels, that make a surface of their own
-_BETWEEN = 0.02  # share of pixels that may lie in a gap: some at edges inside the object do
+_BORDER_PX = 2  # depth at the outline mixes object and background
+_LEAST_PIXELS = 50  # with depth, below which nothing is reported
+_LEAST_SHARE = 0.1  # of a mask's pixels, that form a separate surface
+_BETWEEN = 0.02  # share of pixels that may be in a gap, as at edges inside the object
 _GAP = 0.5  # of the object's width: parts of one object are nearer to each other
 _FAR_SIDE = 0.15  # of a box's width or height
-_THIN = 0.5  # share of a mask that must stay when thin parts are taken away
+_THIN = 0.5  # share of a mask that must remain after thin parts are removed
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +36,11 @@ class Parting:
 
     @property
     def words(self) -> str:
-        """Say what was found."""
+        """Describe the gap."""
         near, far = (int((mask != 0).sum()) for mask in (self.near, self.far))
         share = 100.0 * far / (near + far)
         return (
-            f"its mask holds two surfaces: by the depth image {share:.0f} % of it lie "
+            f"its mask covers two surfaces: in the depth image {share:.0f} % of it are "
             f"{self.gap:.2g} m behind the rest, and the rest is only {self.width:.2g} m wide"
         )
 
@@ -68,7 +68,7 @@ def parted_by_depth(mask: Mask, depth: Depth) -> Parting | None:
         np.where(part & (mask != 0), 255, 0).astype(np.uint8)
         for part in (~(metres > border), metres > border)
     )
-    # As wide as a square of the area that its nearer part has.
+    # The width of a square that has the area of its nearer part.
     width = float(np.median(ordered[ordered <= border])) * float(
         np.sqrt(float((inside & (metres <= border)).sum()))
     )
@@ -77,7 +77,7 @@ def parted_by_depth(mask: Mask, depth: Depth) -> Parting | None:
 
 
 def far_sides(mask: Mask, box: tuple[float, float, float, float]) -> list[str]:
-    """Name the sides of a box (left, top, right, bottom) from which a mask stays far away."""
+    """Return the sides of a box (left, top, right, bottom) that a mask does not come near."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     height, width = mask.shape
     left, top = max(box[0], 0.0), max(box[1], 0.0)
@@ -92,7 +92,7 @@ def far_sides(mask: Mask, box: tuple[float, float, float, float]) -> list[str]:
 
 
 def thickness_left(mask: Mask) -> float:
-    """Return which share of a mask stays if its border is moved in by a hand's error and back."""
+    """Return the share of a mask that survives erosion and dilation by a hand's error."""
     import cv2
 
     side = 2 * round(HAND_PX) + 1
@@ -102,5 +102,5 @@ def thickness_left(mask: Mask) -> float:
 
 
 def is_thin(mask: Mask) -> bool:
-    """Say if a mask is rather a line than an area: it changes wholly if its border moves."""
+    """Return whether a mask is a line rather than an area: moving its border changes it wholly."""
     return thickness_left(mask) < _THIN

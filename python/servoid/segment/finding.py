@@ -23,18 +23,18 @@ from servoid.segment.target import (
     Target,
 )
 
-_LEAST_CHANGE = 10.0  # grey levels; cameras and compression change less by themselves
+_LEAST_CHANGE = 10.0  # grey levels; noise of cameras and compression is smaller
 _DEEPEST_SHADOW = 0.45
 _BRIGHTEST = 1.15
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a target means in its image, and how sure that is.
+    """The object that a target means in its image, and any doubt about it.
 
-    `mask` is (H, W) uint8, 255 on the object. `doubt` says why it may be another object, None if
-    nothing speaks against it; `answers` are then the masks between which a person must choose, of
-    which `mask` is the first. `notes` are what a person should know in any case.
+    `mask` is (H, W) uint8, 255 on the object. `doubt` is the reason why another object may be
+    meant, None if there is none; `answers` are then the masks from which the user must choose, the
+    first being `mask`. `notes` are messages for the user in any case.
     """
 
     mask: Mask
@@ -49,18 +49,18 @@ def find_object(
     """Find the object that a target means in an image: the mask, (H, W) uint8, 255 on the object.
 
     Args:
-        target: a mask, a box, a click, a hue window or a picture of the empty background; which
-            view it is meant for is the caller's business.
+        target: a mask, a box, a click, a hue window or an image of the empty background; the caller
+            chooses the view that it is meant for.
         image: (H, W, 3) uint8, RGB.
-        depth: what a depth camera saw in the same pixels, if there is one.
-        trusted: use the mask that is most likely, even if another object may be meant.
+        depth: a depth image in the same pixels, if there is one.
+        trusted: use the most likely mask, even if another object may be meant.
 
     Raises:
-        DoubtError: another object may be meant: the target moved by 3 px finds another one, or
-            several are as likely, or depth parts it.
+        DoubtError: another object may be meant: the target moved by 3 px finds another one, several
+            are equally likely, or the mask has a gap in depth.
         TargetError: the target lies outside the image, or finds nothing or everything.
         MaskError: the file of a mask cannot be read or has another size than the image.
-        ImageError: the same for the picture of a background.
+        ImageError: the same for the image of a background.
 
     """
     found = seek_object(target, image, depth)
@@ -81,9 +81,9 @@ def undoubted(found: Found, target: Target, image: Image) -> Mask:
 
 
 def seek_object(target: Target, image: Image, depth: Depth | None = None) -> Found:
-    """Find the object that a target means in an image, and say how sure that is.
+    """Find the object that a target means in an image, and report any doubt about it.
 
-    Arguments and errors are those of `find_object`; what is doubtful raises nothing here.
+    Arguments and errors are those of `find_object`, except that a doubt raises no error.
     """
     check_image(image)
     with located(f"the target '{target}'"):
@@ -97,7 +97,7 @@ def seek_object(target: Target, image: Image, depth: Depth | None = None) -> Fou
             raise TargetError(_nothing_found(target, image))
         if found.mask.all():
             raise TargetError(
-                "the whole image was taken for the object; some of the background must be seen, "
+                "the mask covers the whole image; some of the background must be visible, "
                 f"so {_REMEDIES[type(target)]}"
             )
     parting = None if depth is None else parted_by_depth(found.mask, depth)
@@ -112,7 +112,7 @@ _REMEDIES: dict[type, str] = {
     BoxTarget: "draw the box around the object, a little larger than it, or give a mask",
     ClickTarget: "click on the middle of the object, or draw a box around it",
     HueTarget: "choose a narrower hue window",
-    BackgroundTarget: "take the picture of the empty place with the same camera, pose and exposure",
+    BackgroundTarget: "take the background image with the same camera, pose and exposure",
 }
 
 _CURES: dict[type, str] = {
@@ -149,8 +149,8 @@ def _drawn(mask: Mask) -> Found:
     return Found(
         mask,
         (mask,),
-        f"the mask is a line and no area: it keeps {100.0 * thickness_left(mask):.0f} % of its "
-        f"pixels if its border is moved by {HAND_PX:.0f} px, and half is needed",
+        f"the mask is a line, not an area: it keeps {100.0 * thickness_left(mask):.0f} % of its "
+        f"pixels if its border is moved by {HAND_PX:.0f} px, and at least half is needed",
     )
 
 
@@ -162,7 +162,7 @@ def _in_box(image: Image, target: BoxTarget) -> Found:
     mask[pixels_in(larger(box), image.shape) == 0] = 0
     found, beyond = _found(image, mask, answers, "a box moved"), _beyond(box, image)
     if found.doubt is not None and beyond:
-        # A box of other numbers is the likelier reason, so it is what an error says first.
+        # Wrong numbers of the box are the likelier reason, so an error reports them first.
         found, beyond = replace(found, doubt=f"{'; '.join(beyond)}; and {found.doubt}"), ()
     return replace(found, notes=(*beyond, *(_far_away(mask, box) if mask.any() else ())))
 
@@ -187,19 +187,19 @@ def _found(image: Image, mask: Mask, answers: Answers, moved: str) -> Found:
         )
     elif answers.clearness < CLEAR:
         doubt = (
-            "several objects fit it about as well: their masks overlap the most common one by "
-            f"{clearness} on average (intersection over union), and {CLEAR} is needed"
+            "several objects match it about equally well: their masks overlap the most common "
+            f"one by {clearness} on average (intersection over union), and {CLEAR} is needed"
         )
     return Found(mask, (mask, *answers.shown(image.shape)[1:]), doubt)
 
 
 def _floor(share: float) -> str:
-    """Write a share with two digits, never a larger one: what is too little must look so."""
+    """Format a share with two digits, rounded down so that too small a value looks too small."""
     return f"{int(100.0 * share) / 100.0:.2f}"
 
 
 def _beyond(box: Corners, image: Image) -> tuple[str, ...]:
-    """Say that a box reaches beyond its image by more than a hand's error."""
+    """Report that a box extends beyond its image by more than a hand's error."""
     height, width = image.shape[:2]
     over = {
         "left": -box[0],
@@ -211,13 +211,13 @@ def _beyond(box: Corners, image: Image) -> tuple[str, ...]:
     if not sides:
         return ()
     return (
-        f"the box reaches beyond the image at its {_joined(sides)}: u goes from 0 to {width - 1} "
+        f"the box extends beyond the image at its {_joined(sides)}: u is from 0 to {width - 1} "
         f"and v from 0 to {height - 1}; check the numbers, and that the image was not resized",
     )
 
 
 def _joined(names: Sequence[str]) -> str:
-    """Join names as a sentence has them: `left, top and right`."""
+    """Join names as in a sentence: `left, top and right`."""
     return " and ".join((", ".join(names[:-1]), names[-1]) if len(names) > 1 else names)
 
 
@@ -240,13 +240,13 @@ def _check_box(inside: Mask) -> None:
         )
     if inside.all():
         raise TargetError(
-            "the box covers the whole image, so nothing shows the background; draw it closer "
+            "the box covers the whole image, so no background is visible; draw it closer "
             "around the object, or give a mask"
         )
 
 
 def hue_part(image: Image, window: HueTarget) -> Mask:
-    """Find the largest connected part whose hues lie in a window; its holes are closed."""
+    """Find the largest connected component whose hues are in a window; its holes are filled."""
     import cv2
 
     limits = (window.low_deg, window.high_deg, window.least_saturation, window.least_value)
@@ -256,10 +256,10 @@ def hue_part(image: Image, window: HueTarget) -> Mask:
 
 
 def changed_part(image: Image, background: Image) -> Mask:
-    """Find the largest connected part of an image that is new against an empty background.
+    """Find the largest connected component of an image that differs from an empty background.
 
     A pixel has changed if no brightness of the background's colour explains it, from a soft shadow
-    to a little more light, by several times the noise of both pictures.
+    to slightly more light, by several times the noise of both images.
     """
     import cv2
 
@@ -278,7 +278,7 @@ def changed_part(image: Image, background: Image) -> Mask:
 
 
 def largest_part(mask: Mask) -> Mask:
-    """Keep the largest connected part of a mask; of an empty one, nothing."""
+    """Keep the largest connected component of a mask; an empty mask stays empty."""
     import cv2
 
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
@@ -298,10 +298,10 @@ def _nothing_found(target: Target, image: Image) -> str:
     strong = (saturation >= target.least_saturation) & (value >= target.least_value)
     if not strong.any():
         return (
-            "no pixel has such a hue, and the middle of the image is too grey or too dark to have "
+            "no pixel has such a hue, and the centre of the image is too grey or too dark to have "
             "any; give a box or a mask"
         )
     counts = np.bincount((hue_deg[strong] // 20.0).astype(np.intp) % 18, minlength=18)
     common = [index for index in np.argsort(-counts, kind="stable")[:2] if counts[index]]
     found = " and ".join(f"{20 * index}..{20 * index + 20}" for index in common)
-    return f"no pixel has such a hue; hues in the middle of the image are mostly {found}"
+    return f"no pixel has such a hue; hues in the centre of the image are mostly {found}"

@@ -1,4 +1,4 @@
-"""What hue tells of the target: the window around its hue, and which pixels fall into it."""
+"""Finds the hue window of the target, and the pixels with a hue in the window."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 LEAST_SATURATION = HueTarget.least_saturation
 LEAST_VALUE = HueTarget.least_value
-"""Below these, of at most 1, a pixel is too grey or too dark for its hue to mean anything."""
+"""Below these, of at most 1, a pixel is too grey or too dark for its hue to be meaningful."""
 
 _SPREADS = 3.0
 _LEAST_HALF_WIDTH_DEG = 8.0
@@ -23,16 +23,16 @@ _LEAST_SHARE = 0.5
 
 
 def hue_window(image: NDArray[np.uint8], mask: NDArray[np.uint8]) -> tuple[float, float]:
-    """Find the window around the target's hue in an image, as (low, high) in degrees below 360.
+    """Compute the window around the target's hue in an image, as (low, high) in degrees below 360.
 
     `image` is (H, W, 3) uint8 RGB; `mask` is (H, W) uint8, non-zero on the target. The window is
-    centred on the circular mean of the hues of the target's coloured pixels and reaches three
-    circular standard deviations to both sides, but at least 8 and at most 60 degrees. Where low is
-    above high the window goes through 0, which is red.
+    centred on the circular mean of the hues of the target's coloured pixels. It extends by three
+    circular standard deviations to both sides, but by at least 8 and at most 60 degrees. If low is
+    above high, the window passes through 0, which is red.
 
     Raises:
-        ImageError: the image is no RGB image.
-        MaskError: the mask has not the image's size or is empty, or most of the target is grey.
+        ImageError: the image is not an RGB image.
+        MaskError: the mask is empty or not of the image's size, or most of the target is grey.
 
     """
     hue_deg, coloured = _hue_and_coloured(image, LEAST_SATURATION, LEAST_VALUE)
@@ -47,7 +47,7 @@ def hue_window(image: NDArray[np.uint8], mask: NDArray[np.uint8]) -> tuple[float
     if share < _LEAST_SHARE:
         raise MaskError(
             f"only {share:.0%} of the target's pixels have a hue, the rest is grey or dark; a hue "
-            f"window needs at least {_LEAST_SHARE:.0%}: tell this target from the rest by a mask"
+            f"window needs at least {_LEAST_SHARE:.0%}: mark this target with a mask"
         )
     return _window_around(hue_deg[target & coloured])
 
@@ -59,14 +59,14 @@ def match_image(
     least_saturation: float = LEAST_SATURATION,
     least_value: float = LEAST_VALUE,
 ) -> NDArray[np.uint8]:
-    """Say which pixels fall into a hue window, (H, W) uint8: 255 where they do, else 0.
+    """Return the pixels with hues in a window, (H, W) uint8: 255 where they are, else 0.
 
     `image` is (H, W, 3) uint8 RGB. The window goes from `low_deg` up to `high_deg`, both taken
-    modulo 360 and included, so (350, 10) goes through 0.
-    Pixels of less than `least_saturation` or `least_value`, 0 to 1 each, do not match.
+    modulo 360 and inclusive, so (350, 10) passes through 0. Pixels with less than
+    `least_saturation` or `least_value`, 0 to 1 each, do not match.
 
     Raises:
-        ImageError: the image is no RGB image, or a bound is not a number of its range.
+        ImageError: the image is not an RGB image, or a bound is out of its range.
 
     """
     bounds_deg = (low_deg, high_deg)
@@ -84,7 +84,7 @@ def match_image(
 def _hue_and_coloured(
     image: NDArray[np.uint8], least_saturation: float, least_value: float
 ) -> tuple["FloatArray", NDArray[np.bool_]]:
-    """Return each pixel's hue in degrees, and whether it has saturation and value enough."""
+    """Return each pixel's hue in degrees, and whether its saturation and value suffice."""
     hue_deg, saturation, value = hue_planes(image)
     return hue_deg, (saturation >= least_saturation) & (value >= least_value)
 
@@ -93,7 +93,7 @@ def hue_planes(image: NDArray[np.uint8]) -> tuple["FloatArray", "FloatArray", "F
     """Return each pixel's hue in degrees, and its saturation and value from 0 to 1.
 
     Raises:
-        ImageError: the image is no RGB image.
+        ImageError: the image is not an RGB image.
 
     """
     import cv2

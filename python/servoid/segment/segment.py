@@ -1,4 +1,4 @@
-"""Grows masks from little: GrabCut on a small copy of the image, and the border on the image."""
+"""Grows masks from sparse hints: GrabCut on a small copy, then border refinement at full size."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ NOT, CERTAIN, MAYBE_NOT, MAYBE = 0, 1, 2, 3
 
 @dataclass(frozen=True)
 class Window:
-    """A part of an image, and how much smaller its copy is."""
+    """A part of an image, and the factor by which its copy is shrunk."""
 
     rows: slice
     columns: slice
@@ -31,7 +31,7 @@ class Window:
     def around(
         cls, mask: Mask, longest_px: int = LONGEST_SIDE_PX, margin: float = _MARGIN
     ) -> "Window":
-        """Frame the pixels of a mask with a margin, a share of its longer side."""
+        """Return the window around a mask's pixels with a margin, a share of its longer side."""
         (top, bottom), (left, right) = (
             np.flatnonzero(mask.any(axis=axis))[[0, -1]].tolist() for axis in (1, 0)
         )
@@ -45,21 +45,21 @@ class Window:
 
     @classmethod
     def whole(cls, shape: tuple[int, ...], longest_px: int) -> "Window":
-        """Frame a whole image of a shape (H, W, ...)."""
+        """Return the window of a whole image of a shape (H, W, ...)."""
         height, width = shape[:2]
         shrink = min(1.0, longest_px / max(height, width))
         small_px = max(1, round(shrink * width)), max(1, round(shrink * height))
         return cls(slice(0, height), slice(0, width), small_px)
 
     def small(self, pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Cut the window out and shrink it, each new pixel the mean of those it covers."""
+        """Crop the window and shrink it; each new pixel is the mean of those it covers."""
         import cv2
 
         part = np.ascontiguousarray(pixels[self.rows, self.columns])
         return np.asarray(cv2.resize(part, self.small_px, interpolation=cv2.INTER_AREA), np.uint8)
 
     def full(self, small: Mask, shape: tuple[int, ...]) -> Mask:
-        """Put a small mask back to its place in a mask of the image's shape."""
+        """Insert a small mask at its position in a mask of the image's shape."""
         import cv2
 
         height = self.rows.stop - self.rows.start
@@ -78,24 +78,24 @@ def grow_mask(
     likely: Mask | None = None,
     rounds: int = ROUNDS,
 ) -> Mask:
-    """Grow a mask with GrabCut from pixels that are certain into pixels that are possible.
+    """Grow a mask with GrabCut from certain pixels into possible pixels.
 
-    Pixels that are not possible are taken for background, so some must not be. GrabCut's colours
-    start from `likely`, by default all that is possible. It works on a copy of at most
-    128 pixels a side; the border is then found on the image itself.
+    Pixels that are not possible are used as background, so there must be some. GrabCut's colour
+    models start from `likely`, by default all possible pixels. GrabCut runs on a copy of at most
+    128 pixels a side; the border is then refined on the image itself.
 
     Args:
         image: (H, W, 3) uint8, RGB.
         certain: (H, W) uint8, non-zero where the object certainly is; may be empty.
         possible: (H, W) uint8, non-zero where the object may be.
         likely: (H, W) uint8, non-zero where the object probably is.
-        rounds: how often colours are learned and the mask is cut.
+        rounds: how often the colour models are learned and the mask is cut.
 
     Returns:
-        (H, W) uint8, 255 on the object; empty if the colours hold no object.
+        (H, W) uint8, 255 on the object; empty if the colours match no object.
 
     Raises:
-        TargetError: nothing is possible, or everything is.
+        TargetError: no pixel is possible, or all are.
 
     """
     _check(image, certain, possible)
@@ -117,7 +117,7 @@ def grow_mask(
 def cut(small: Image, labels: NDArray[np.uint8], rounds: int) -> Mask:
     """Run GrabCut on a small image; the same labels give the same mask.
 
-    Without any pixel for the background or for the object, nothing is cut: the mask is empty.
+    Without background or object pixels, nothing is cut: the mask is empty.
     """
     import cv2
 
@@ -132,10 +132,10 @@ def cut(small: Image, labels: NDArray[np.uint8], rounds: int) -> Mask:
 
 
 def refine_border(image: Image, window: Window, small: Mask) -> Mask:
-    """Bring a small mask back to the image's size, its border drawn to the image's edges.
+    """Scale a small mask up to the image's size, and align its border with the image's edges.
 
-    The fast guided filter (He and Sun): in each square of the small image the mask is fitted by a
-    linear function of colour, which then is applied to the colours of the image itself.
+    Fast guided filter (He and Sun): in each square of the small image, the mask is fitted by a
+    linear function of colour, which is then applied to the colours of the full image.
     """
     import cv2
 
@@ -178,7 +178,7 @@ def _color_lines(
         for a, b in pairs
     )
     r, g, b = np.moveaxis(mean(guide * values[..., None]) - center * level[..., None], 2, 0)
-    # The inverse of the symmetric matrix of covariances, written out.
+    # The inverse of the symmetric covariance matrix in closed form.
     c_rr, c_rg, c_rb = gg * bb - gb * gb, gb * rb - rg * bb, rg * gb - gg * rb
     c_gg, c_gb, c_bb = rr * bb - rb * rb, rg * rb - rr * gb, rr * gg - rg * rg
     determinant = rr * c_rr + rg * c_rg + rb * c_rb
@@ -206,7 +206,7 @@ def _labels(certain: Mask, possible: Mask, likely: Mask | None) -> NDArray[np.ui
 
 
 def check_image(image: Image) -> None:
-    """Check that an object can be sought in an image.
+    """Check that an image is valid for segmentation.
 
     Raises:
         TargetError: it is not (H, W, 3) uint8, or it is empty.
@@ -231,5 +231,5 @@ def _check(image: Image, certain: Mask, possible: Mask) -> None:
         raise TargetError("no pixel may belong to the object; mark some as possible")
     if ((possible != 0) | (certain != 0)).all():
         raise TargetError(
-            "every pixel may belong to the object, so none shows the background; leave some out"
+            "every pixel may belong to the object, so there is no background; leave some out"
         )

@@ -1,4 +1,4 @@
-"""Targets: what tells the object from the rest in one image, and how it is written."""
+"""Targets: mark the object in one image; and their notation."""
 
 import math
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ _IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 @dataclass(frozen=True)
 class MaskTarget:
-    """The object is where the mask in a file is not zero."""
+    """Marks the object by a mask in a file: the pixels that are not zero."""
 
     path: Path
     view: str | None = None
@@ -27,7 +27,7 @@ class MaskTarget:
 
 @dataclass(frozen=True)
 class BoxTarget:
-    """The object is inside a box, and fills it: pixels from (u0, v0) to (u1, v1), both included.
+    """Marks an object that fills a box: pixels from (u0, v0) to (u1, v1), both inclusive.
 
     Raises:
         TargetError: the corners are not finite or not in order.
@@ -54,7 +54,7 @@ class BoxTarget:
 
 @dataclass(frozen=True)
 class ClickTarget:
-    """The object is what is seen at the pixel (u, v).
+    """Marks the object at the pixel (u, v).
 
     Raises:
         TargetError: the pixel is not finite.
@@ -78,13 +78,13 @@ class ClickTarget:
 
 @dataclass(frozen=True)
 class HueTarget:
-    """The object has hues from `low_deg` up to `high_deg`; the window may pass through 360.
+    """Marks the object by hues from `low_deg` up to `high_deg`; the window may pass through 360.
 
-    Red is 0, green 120, blue 240. Pixels that are greyer than `least_saturation` or darker than
-    `least_value`, both from 0 to 1, have no hue to speak of and do not count.
+    Red is 0, green 120, blue 240. Pixels with a saturation below `least_saturation` or a value
+    below `least_value`, both from 0 to 1, have no meaningful hue and do not match.
 
     Raises:
-        TargetError: a number is out of range, or the window holds no hue.
+        TargetError: a number is out of range, or the window is empty.
 
     """
 
@@ -111,7 +111,7 @@ class HueTarget:
 
 @dataclass(frozen=True)
 class BackgroundTarget:
-    """The object is what is new since a picture that the same camera took of the empty place."""
+    """Marks the object as the change since an image of the empty scene from the same camera."""
 
     path: Path
     view: str | None = None
@@ -124,14 +124,14 @@ Target = MaskTarget | BoxTarget | ClickTarget | HueTarget | BackgroundTarget
 
 
 def parse_target(text: str) -> Target:
-    """Read a target as it is written on the command line, such as `box:120,80,420,400@eye/0003`.
+    """Parse a target as written on the command line, such as `box:120,80,420,400@eye/0003`.
 
     The forms are `mask:FILE`, `box:U0,V0,U1,V1`, `click:U,V`, `hue:LOW..HIGH` and
-    `background:FILE`; `@VIEW` at the end names the view that is meant, otherwise `view` is None.
-    `str(target)` writes it back; what it does not write keeps its default.
+    `background:FILE`. `@VIEW` at the end names the view; without it, `view` is None. `str(target)`
+    formats it again; fields that the notation lacks keep their defaults.
 
     Raises:
-        TargetError: the text has none of these forms, or its numbers make no sense.
+        TargetError: the text has none of these forms, or its numbers are invalid.
 
     """
     kind, colon, rest = text.partition(":")
@@ -165,7 +165,7 @@ def parse_target(text: str) -> Target:
 
 def _split_view(rest: str, *, is_file: bool) -> tuple[str, str | None]:
     value, at, view = rest.rpartition("@")
-    # Names of views have no suffix, so in `mask:a@2x.png` the @ belongs to the file.
+    # View names have no suffix, so in `mask:a@2x.png` the @ belongs to the file.
     if not at or (is_file and view.lower().endswith(_IMAGE_SUFFIXES)):
         return rest, None
     return value, view

@@ -1,4 +1,4 @@
-"""Says what a cut of an image is worth: by its border, by its colours and by its shape."""
+"""Scores a cut of an image by its border, its colours and its shape."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ _CELLS = _BINS * _BINS * _BINS
 
 
 def log_ratio(small: Image, inside: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Say how much more frequent each pixel's colour is inside than outside, in nats."""
+    """Return the log ratio of each pixel's colour frequency inside to that outside, in nats."""
     import cv2
 
     bins = np.asarray(cv2.cvtColor(small, cv2.COLOR_RGB2LAB)).astype(np.intp) * _BINS // 256
@@ -23,12 +23,12 @@ def log_ratio(small: Image, inside: NDArray[np.bool_]) -> NDArray[np.float32]:
         for axis in range(3):
             counts = _spread(counts, axis)
         shares.append(counts.ravel() / counts.sum())
-    rare = 0.2 / _CELLS  # what a colour that was never seen is worth
+    rare = 0.2 / _CELLS  # frequency assigned to a colour that was never seen
     return exact.log((shares[0] + rare) / (shares[1] + rare))[index].astype(np.float32)
 
 
 def _spread(counts: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """Spread counts over the neighbouring bins, 1 to 2 to 1."""
+    """Smooth counts over neighbouring bins with weights 1, 2, 1."""
     padded = np.pad(counts, [(1, 1) if other == axis else (0, 0) for other in range(3)], "edge")
     low, middle, high = (
         np.take(padded, np.arange(counts.shape[axis]) + shift, axis) for shift in (0, 1, 2)
@@ -37,7 +37,7 @@ def _spread(counts: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
 
 
 def edges_of(small: Image) -> NDArray[np.float32]:
-    """Measure how fast colour changes at each pixel; 1 is the strength that a fifth exceed."""
+    """Return the colour gradient at each pixel; 1 is the strength that a fifth exceed."""
     import cv2
 
     smooth = np.asarray(cv2.GaussianBlur(small, (0, 0), 0.7)).astype(np.float32)
@@ -47,7 +47,7 @@ def edges_of(small: Image) -> NDArray[np.float32]:
 
 
 def border_on_edges(mask: Mask, edges: NDArray[np.float32]) -> float:
-    """Say how well a mask's border lies on edges of the image, from 0 to 1."""
+    """Return how well a mask's border lies on edges of the image, from 0 to 1."""
     import cv2
 
     border = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_GRADIENT, np.ones((2, 2), np.uint8))) > 0
@@ -59,7 +59,7 @@ def border_on_edges(mask: Mask, edges: NDArray[np.float32]) -> float:
 
 
 def colors_agree(small: Image, mask: Mask) -> float:
-    """Say which share of all pixels is on the side where its colour is more frequent."""
+    """Return the share of all pixels that are on the side where their colour is more frequent."""
     taken = mask != 0
     if not taken.any() or taken.all():
         return 0.0
@@ -67,7 +67,7 @@ def colors_agree(small: Image, mask: Mask) -> float:
 
 
 def solidity(mask: Mask) -> float:
-    """Say which share of its convex hull a mask fills: a scatter of patches fills little."""
+    """Return the share of its convex hull that a mask fills: low for scattered patches."""
     import cv2
 
     outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)

@@ -1,4 +1,4 @@
-"""Bodies: rigid sets of ellipsoids, and the files that hold them."""
+"""Bodies: rigid sets of ellipsoids, and their files."""
 
 from servoid._native import Body
 from servoid.shape.body_file import (

@@ -54,10 +54,10 @@ class MadeBy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class SeenEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How much of the surface was seen, 0 to 1: of the whole, and of each ellipsoid.
+    """The share of the surface that was seen, 0 to 1: of the whole, and of each ellipsoid.
 
-    `unseen_toward` is a unit vector, in the object's frame, to the side that was not seen; null if
-    there is none or it lies all around.
+    `unseen_toward` is a unit vector, in the object's frame, towards the side that was not seen;
+    null if there is none or the unseen parts are on all sides.
     """
 
     share: Annotated[float, msgspec.Meta(ge=0, le=1)]
@@ -66,11 +66,11 @@ class SeenEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A rigid set of ellipsoids and where it is.
+    """A rigid set of ellipsoids and its pose.
 
     `world_from_object` is (x, y, z, qw, qx, qy, qz): the translation in metres and the unit
-    quaternion that take the object's frame to the world. `appearance` is what the object looks
-    like, bytes in base64 or null where it is not known.
+    quaternion that map the object's frame to the world. `appearance` is the object's learned
+    appearance, as bytes in base64, or null where it is not known.
     """
 
     version: Literal[1]
@@ -85,10 +85,10 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     appearance: str | None = None
 
     def look(self) -> bytes | None:
-        """Return what the object looks like, as `Tracker.recall` takes it; None if not known.
+        """Return the appearance for `Tracker.recall`; None if it is not known.
 
         Raises:
-            BodyError: the text is no base64.
+            BodyError: the text is not base64.
 
         """
         if self.appearance is None:
@@ -104,7 +104,7 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         """Return the body itself.
 
         Raises:
-            BodyError, PoseError: the numbers are no body.
+            BodyError, PoseError: the numbers do not describe a body.
 
         """
         return Body(
@@ -134,13 +134,12 @@ def save_body(
     seen: SeenEntry | None = None,
     appearance: bytes | None = None,
 ) -> None:
-    """Write a body to a JSON file, whole or not at all; the same body gives the same bytes.
+    """Write a body to a JSON file atomically; the same body gives the same bytes.
 
-    `colors`: (K, 3) uint8 RGB, one colour an ellipsoid. `appearance` is what `Tracker.appearance`
-    gave.
+    `colors`: (K, 3) uint8 RGB, one per ellipsoid. `appearance` comes from `Tracker.appearance`.
 
     Raises:
-        BodyError: there are not as many colours as ellipsoids.
+        BodyError: the number of colours differs from that of ellipsoids.
         OutputError: the file cannot be written.
 
     """
@@ -172,7 +171,7 @@ def save_body(
 
 
 def write_body_file(path: str | Path, file: BodyFile) -> None:
-    """Write what `load_body` returned, byte for byte as `save_body` wrote it.
+    """Write what `load_body` returned, with the same bytes as `save_body`.
 
     Raises:
         OutputError: the file cannot be written.
@@ -182,10 +181,10 @@ def write_body_file(path: str | Path, file: BodyFile) -> None:
 
 
 def load_body(path: str | Path) -> BodyFile:
-    """Read and check the file of a body; `.body()` and `.colors()` of the answer give the content.
+    """Read and check the file of a body; the result's `.body()` and `.colors()` return its content.
 
     Raises:
-        BodyError: the file is missing or malformed, or its numbers are no body.
+        BodyError: the file is missing or malformed, or its numbers do not describe a body.
 
     """
     place = str(path)
@@ -207,10 +206,10 @@ def load_body(path: str | Path) -> BodyFile:
 
 
 def body_schema() -> dict[str, Any]:
-    """Make the JSON schema of the file of a body from the types that read it."""
+    """Generate the JSON schema of a body's file from the types that read it."""
     (schema,), parts = msgspec.json.schema_components([BodyFile], ref_template="#/$defs/{name}")
     for part in parts.values():
-        # Versions of Python differ in how they indent a docstring.
+        # Python versions differ in how they indent docstrings.
         part["description"] = " ".join(part["description"].split())
     whole = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -218,17 +217,17 @@ def body_schema() -> dict[str, Any]:
         **schema,
         "$defs": parts,
     }
-    # Defaults are tuples here; JSON knows lists only.
+    # Defaults are tuples here; JSON has only lists.
     return msgspec.json.decode(msgspec.json.encode(whole))
 
 
 def published_schema() -> str:
-    """Return the text of the schema as the package ships it."""
+    """Return the text of the schema that the package ships."""
     return files("servoid.shape").joinpath("body.schema.json").read_text(encoding="utf-8")
 
 
 def _check_count(ellipsoids: Any, place: str) -> None:
-    """Check how many ellipsoids there are, before each of very many is looked at."""
+    """Check the number of ellipsoids, before each is examined."""
     if isinstance(ellipsoids, list) and len(ellipsoids) > Body.MAX_ELLIPSOIDS:
         raise BodyError(
             f"{place}: {len(ellipsoids)} ellipsoids were given; a body has 1 to "

@@ -1,4 +1,4 @@
-"""Lays JSON out for people: one line for each list of plain values, one for each key."""
+"""Formats JSON for readability: one line for each list of plain values, one for each key."""
 
 import json
 from typing import Any

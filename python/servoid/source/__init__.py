@@ -1,4 +1,4 @@
-"""Sources of observations: cameras that run, and captures that are played."""
+"""Sources of observations: live cameras, and captures that are played back."""
 
 from servoid.rates import ASSUMED_HZ
 from servoid.source.controls import Controls

@@ -1,4 +1,4 @@
-"""What is asked of a camera before it runs: that nothing in it changes by itself."""
+"""Camera settings that are fixed before it runs, so that nothing in it changes by itself."""
 
 from typing import Annotated
 
@@ -9,9 +9,9 @@ from servoid.errors import CaptureError, ServoidError
 
 
 class Controls(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Holds what a camera is set to; what is None stays as the camera has it, or adapts once.
+    """Settings of a camera; None leaves a value as the camera has it, or lets it adapt once.
 
-    With `lock` neither exposure, gain, white balance nor focus change while images come.
+    With `lock`, exposure, gain, white balance and focus stay constant while images are taken.
     """
 
     def refusal(self, message: str) -> ServoidError:

@@ -1,4 +1,4 @@
-"""Opens live devices: by number, by file, by address or by a driver's object."""
+"""Opens live devices by number, file, address or driver object."""
 
 import re
 from collections.abc import Callable
@@ -18,15 +18,15 @@ _ADDRESS = "://"
 _DEVICE_FILE = "/dev/"
 _GENICAM = "genicam:"
 _HTTP = ("http://", "https://")
-_PASSWORD = re.compile(r"//[^/@]*@")  # of an address, which no message shall show
+_PASSWORD = re.compile(r"//[^/@]*@")  # in an address; messages must not show it
 _PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
-_OPEN_MS, _READ_MS = 5000, 3000  # that OpenCV waits for a stream
+_OPEN_MS, _READ_MS = 5000, 3000  # for which OpenCV waits for a stream
 
 
 def reopening(
     name: str, device: Device, size_px: tuple[int, int], controls: Controls | None = None
 ) -> Callable[[], Video] | None:
-    """Return what opens a device anew, None for a file, or a driver's object that cannot."""
+    """Return a function that reopens a device; None for a file, or a driver that cannot."""
     if isinstance(device, Reopened):
         return device.reopened
     comes_back = isinstance(device, int) or (
@@ -44,8 +44,8 @@ def opened(
 ) -> Video:
     """Open a device by its number, or a file, an address, a GStreamer pipeline or genicam:NAME.
 
-    `size_px` (width, height) is asked of a camera by number, if given, and `controls` of a webcam
-    and of an industrial camera.
+    `size_px` (width, height), if given, is requested from a camera that is given by number.
+    `controls` are applied to webcams and industrial cameras.
 
     Raises:
         CaptureError: it cannot be opened.
@@ -64,7 +64,7 @@ def opened(
         except (OSError, ValueError) as error:
             raise CaptureError(
                 f"camera {name}: '{shown(device)}' does not answer: {reason_of(error)}; check "
-                "that it is there and that this computer reaches it"
+                "that it is connected and reachable from this computer"
             ) from error
         if video is not None:
             return video
@@ -89,24 +89,24 @@ def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) ->
         video = cv2.VideoCapture(device, cv2.CAP_ANY)
     if not video.isOpened():
         raise CaptureError(
-            f"camera {name}: OpenCV cannot open '{shown(device)}'; check that it is there and "
-            "that no other program uses it; for a pipeline OpenCV must be built with GStreamer; or "
-            "give an object with grab, retrieve and release as the device"
+            f"camera {name}: OpenCV cannot open '{shown(device)}'; check that it is connected and "
+            "that no other program uses it; for a pipeline, OpenCV must be built with GStreamer; "
+            "or give an object with grab, retrieve and release as the device"
         )
     if isinstance(device, int) and size_px is not None:
         width, height = size_px
         video.set(cv2.CAP_PROP_FRAME_WIDTH, width)
         video.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
     if isinstance(device, int):
-        video.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # an image that waits in a queue is an old one
+        video.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # images in a queue are outdated
     return video
 
 
 def is_stream(device: Device) -> bool:
-    """Say if a device is a connection, which does not mend itself once it is broken."""
+    """Return whether a device is a connection, which does not recover once it is broken."""
     return isinstance(device, str) and (_ADDRESS in device or _PIPELINE in device)
 
 
 def shown(device: int | str) -> str:
-    """Return what messages call a device: an address has no password there."""
+    """Return the device's name for messages; an address is shown without its password."""
     return _PASSWORD.sub("//***@", str(device))

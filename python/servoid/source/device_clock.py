@@ -1,19 +1,19 @@
-"""Maps the stamps of a device's own clock to the clock of the arm."""
+"""Maps the timestamps of a device's own clock to the arm's clock."""
 
 from collections import deque
 
-WINDOW_S = 10.0  # a quartz that is 50 ppm off drifts half a millisecond in it
-JUMP_S = 0.25  # more than a network delays images, less than what a clock that was set is off by
-_SURE_S = 0.5  # so long all images come equally late, and the clock must have been set back
+WINDOW_S = 10.0  # a clock with a 50 ppm error drifts half a millisecond in it
+JUMP_S = 0.25  # more than a network delay, less than the jump of a clock that was set
+_SURE_S = 0.5  # equal delays for this long mean that the clock was set back
 _EQUAL_S = 0.1
 
 
 class DeviceClock:
-    """Says when, on the arm's clock, an image was taken that a device stamped by its own.
+    """Estimates when, on the arm's clock, an image was taken that has a device's timestamp.
 
-    An image arrives after it was taken, sometimes long after, never before. So the smallest
-    difference between arrival and stamp among the last images is the offset of the clocks, and what
-    is more is delay. Times increase, and none is after its image's arrival.
+    An image arrives after it was taken, sometimes much later, but never earlier. So the smallest
+    difference between arrival and timestamp among recent images is the offset of the clocks; any
+    excess is delay. The returned times increase, and none is later than its image's arrival.
     """
 
     def __init__(self) -> None:
@@ -23,9 +23,10 @@ class DeviceClock:
         self._late: tuple[float, float] | None = None  # (arrival, delay) of the first late image
 
     def time_s(self, stamp_s: float, arrival_s: float) -> tuple[float, str | None]:
-        """Return when an image was taken, on the arm's clock, and how its stamp jumped, or None.
+        """Return when an image was taken, on the arm's clock, and any jump of its timestamp.
 
-        `stamp_s` is on the device's clock, `arrival_s` on the arm's; arrivals increase.
+        `stamp_s` is on the device's clock, `arrival_s` on the arm's; arrivals increase. The jump is
+        described in words, or None.
         """
         difference_s = arrival_s - stamp_s
         if self._stamp_s is None:
@@ -33,7 +34,7 @@ class DeviceClock:
         else:
             passed_s = stamp_s - self._stamp_s
             jump = self._jump(passed_s, arrival_s, difference_s - self._offset_s)
-            # Half of what has passed is left, so that times increase though the offset sinks.
+            # Keep half of the elapsed time, so that times increase though the offset decreases.
             lowest_s = self._offset_s - 0.5 * passed_s if jump is None else difference_s
         if jump is not None:
             self._differences.clear()
@@ -46,15 +47,15 @@ class DeviceClock:
         return min(arrival_s, stamp_s + self._offset_s), jump
 
     def _jump(self, passed_s: float, arrival_s: float, delay_s: float) -> str | None:
-        """Say how the device's clock jumped since the last image, None if it did not."""
+        """Describe the jump of the device's clock since the last image; None if there was none."""
         if passed_s <= 0.0:
-            return f"its clock went back by {-passed_s:.3g} s, and is trusted anew"
+            return f"its clock went back by {-passed_s:.3g} s, and is now trusted again"
         if delay_s < -JUMP_S:
-            return f"its clock went ahead by {-delay_s:.3g} s, and is trusted anew"
+            return f"its clock went ahead by {-delay_s:.3g} s, and is now trusted again"
         if delay_s <= JUMP_S:
             self._late = None
         elif self._late is None or abs(delay_s - self._late[1]) > _EQUAL_S:
             self._late = arrival_s, delay_s  # it may have waited in a queue
         elif arrival_s - self._late[0] > _SURE_S:
-            return f"its clock was set back by {delay_s:.3g} s, and is trusted anew"
+            return f"its clock was set back by {delay_s:.3g} s, and is now trusted again"
         return None

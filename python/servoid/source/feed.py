@@ -1,4 +1,4 @@
-"""Hands out what a live source delivers, one observation after another, until it is enough."""
+"""Yields the observations of a live source one after another, until a condition ends it."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -13,19 +13,19 @@ from servoid.source.raw import RawInstant, RawSource, capture_of_raw, instant_of
 from servoid.source.source import Instant
 
 _POLL_S = 0.001
-_FIRST_S = 3.0  # in which all cameras should have begun
-_MOST_WHY = 4  # notices that say why not one image came
-_TOLD_S = 0.25  # so often it is told that nothing comes
+_FIRST_S = 3.0  # within which all cameras should start
+_MOST_WHY = 4  # notices that give the reason why no image came
+_TOLD_S = 0.25  # period of reports that no image comes
 
 Keep = Callable[[RawInstant], None]
 
 
 class Feed:
-    """Hands out the newest observation each time that one is asked for, and waits for it.
+    """Yields the newest observation on each request, and waits for it.
 
-    The first has images of all cameras, or of those that have begun after three seconds.
-    Observations are numbered in the order in which they are handed out, so a recording of them has
-    the same numbers; `missed` counts those that came in between.
+    The first one has images of all cameras, or of those that have started after three seconds.
+    Observations are numbered in the order in which they are yielded, so a recording of them has the
+    same numbers. `missed` counts those that arrived in between.
     """
 
     def __init__(
@@ -37,10 +37,10 @@ class Feed:
         keep: Keep | None = None,
         told: Callable[[str | None], None] = lambda _: None,
     ) -> None:
-        """Feed from a source, called `name` in messages, until `is_over`.
+        """Read from a source, called `name` in messages, until `is_over`.
 
-        `keep` gets each observation that is handed out; `told` gets why nothing comes, and None
-        once something does.
+        `keep` receives each observation that is yielded. `told` receives the reason why no image
+        comes, and None once one does.
         """
         self._source, self._name, self._is_over = source, name, is_over
         self._keep, self._told = keep, told
@@ -50,12 +50,12 @@ class Feed:
         self.missed: int = 0
 
     def __iter__(self) -> Iterator[Instant]:
-        """Hand out the observations after the first."""
+        """Yield the observations after the first."""
         for raw in self.raw():
             yield instant_of(raw, self._source.rig, self._ideals)
 
     def raw(self) -> Iterator[RawInstant]:
-        """Hand out the observations after the first, as the lenses recorded them."""
+        """Yield the observations after the first, as the lenses recorded them."""
         while True:
             raw = self._next()
             if raw is None:
@@ -66,7 +66,7 @@ class Feed:
         """Return the first observation as a capture of one, and as the first instant.
 
         Raises:
-            CaptureError: it was over before one came.
+            CaptureError: the source ended before an observation came.
 
         """
         begun_s = time.monotonic()
@@ -77,19 +77,19 @@ class Feed:
                 why = self._source.silence() or "; ".join(notices[-_MOST_WHY:])
                 raise CaptureError(f"{self._name}: not one image came{f': {why}' if why else ''}")
             notices = list(dict.fromkeys([*notices, *raw.notices]))
-            # Cameras do not begin at once, and the first observation must tell most.
+            # Cameras do not start simultaneously, and the first observation should have all images.
             is_whole = all(image is not None for image in raw.images)
             if is_whole or (not raw.is_dark and time.monotonic() > begun_s + _FIRST_S):
                 self._first = replace(raw, notices=tuple(notices))
                 self._handed_out(self._first)
         raw = replace(self._first, index=0)
         capture = capture_of_raw(Path(self._name), self._source.rig, raw)
-        cameras_of(capture)  # a lens that sees nothing is told here
+        cameras_of(capture)  # raises if a lens sees nothing
         return capture, instant_of(raw, self._source.rig, self._ideals)
 
     @property
     def count(self) -> int:
-        """Return how many observations were handed out."""
+        """Return how many observations were yielded."""
         return self._count
 
     def _next(self) -> RawInstant | None:

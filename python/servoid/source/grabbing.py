@@ -10,36 +10,36 @@ from typing import Any, Protocol, runtime_checkable
 from servoid.source.delivery import Delivery, EndedError, LostDeviceError
 from servoid.source.device_clock import DeviceClock
 
-_KEPT = 4  # images, among which the one nearest to the other cameras' is chosen
+_KEPT = 4  # images, from which the nearest in time to the other cameras' is chosen
 _RETRY_S = 0.02
-_REOPEN_S = 0.1  # between two tries to open a device that is gone
-TRIES = 50  # in a row, after which a camera is opened anew: it may have been plugged in again
-_CLOSING_S = 2.0  # in which a driver must return from its last image
-_STEPS = 31  # between images, whose median is the usual one
+_REOPEN_S = 0.1  # between attempts to reopen a device that is gone
+TRIES = 50  # consecutive failures, after which a camera is reopened: it may be plugged in again
+_CLOSING_S = 2.0  # within which a driver must return from its last image
+_STEPS = 31  # between images; their median is the usual period
 _LEAST_STEPS = 10
 _FEW_STEPS = 3
-_PATIENCE = 2.5  # usual steps without an image, after which a camera is silent
-_MISSED = 1.6  # times the usual step, from which on an image between is missing
-_AWAITS = "the camera awaits a trigger, or tells no rate"
-_MOST_TOLD = 16  # notices that wait for an observation
+_PATIENCE = 2.5  # usual periods without an image, after which a camera counts as silent
+_MISSED = 1.6  # usual periods between images, from which one counts as missing
+_AWAITS = "the camera awaits a trigger, or reports no rate"
+_MOST_TOLD = 16  # pending notices for the next observation
 
 
 @runtime_checkable
 class Video(Protocol):
-    """What servoid needs of a camera: `cv2.VideoCapture` has it, and a driver's own can.
+    """The interface of a camera: `cv2.VideoCapture` has it, and your driver can implement it.
 
     A driver whose device may be unplugged raises `LostDeviceError`, and has a method `reopened`
     that returns another `Video` of the same device. One that plays a recording raises `EndedError`.
     """
 
     def grab(self) -> bool:
-        """Wait for the next image, and say if there is one."""
+        """Wait for the next image, and return whether there is one."""
         ...
 
     def retrieve(self) -> tuple[bool, Any]:
-        """Return if it could be decoded, and it: (H, W) or (H, W, 3) uint8, blue first.
+        """Return whether it could be decoded, and the image: (H, W) or (H, W, 3) uint8, BGR order.
 
-        A driver that knows more returns a `Delivery` in place of the image.
+        A driver with metadata returns a `Delivery` instead of the image.
         """
         ...
 
@@ -50,30 +50,30 @@ class Video(Protocol):
 
 @runtime_checkable
 class Reopened(Protocol):
-    """A video that can be opened anew when its device was gone."""
+    """A video that can be reopened after its device was gone."""
 
     def reopened(self) -> Video:
-        """Open the same device anew."""
+        """Reopen the same device."""
         ...
 
 
 @runtime_checkable
 class Triggered(Protocol):
-    """A video that knows if its camera awaits a trigger, and if so is silent for good reason."""
+    """A video that knows whether its camera awaits a trigger, so that silence is not a fault."""
 
     @property
     def may_be_silent(self) -> bool:
-        """Say if images may stay away as long as they like; the driver itself tells a loss."""
+        """Return whether any silence is normal; the driver itself then reports a lost device."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """What a device delivered, and when it was taken or, without a stamp, had come, in seconds.
+    """What a device delivered, and when it was taken or, without a timestamp, arrived, in seconds.
 
-    `images` are those of its eyes, (H, W) or (H, W, 3), blue first, None where one is missing, and
-    `depths` as in `Delivery`. `number` counts what came of the device, from 1. `encoded` is the
-    JPEG file that the image of the only eye came as, if it did.
+    `images` are those of its eyes, (H, W) or (H, W, 3), in BGR order, None where one is missing,
+    and `depths` as in `Delivery`. `number` counts the device's deliveries, from 1. `encoded` is the
+    JPEG file as which the image of the only eye arrived, if any.
     """
 
     time_s: float
@@ -84,10 +84,10 @@ class Shot:
 
 
 class Grabber:
-    """Fetches images as they come, and keeps the last ones; a failure is tried again.
+    """Fetches images as they arrive, and keeps the last ones; retries after failures.
 
-    A device that is lost, or fails for `tries` times in a row, is opened anew by `reopen` if that
-    is given. One that awaits a trigger does not fail while it is silent.
+    A device that is lost, or fails `tries` times in succession, is reopened with `reopen` if that
+    is given. A device that awaits a trigger does not fail while it is silent.
     """
 
     def __init__(
@@ -100,16 +100,16 @@ class Grabber:
         tries: int = TRIES,
         silent_s: float = 0.2,
     ) -> None:
-        """Begin to fetch; a silence longer than `silent_s` is told when it ends.
+        """Start fetching; silences longer than `silent_s` are reported when they end.
 
-        A slow camera may be silent for longer, so that one image that is lost is no silence.
+        A slow camera may be silent for longer, so that one lost image is not a silence.
         """
         self._device: Video | None = device
         self._clock, self._reopen, self._tries = clock, reopen, tries
         self._silent_s = silent_s
         self._shots: deque[Shot] = deque(maxlen=_KEPT)
         self._steps_s: deque[float] = deque(maxlen=_STEPS)
-        self._told: deque[str] = deque(maxlen=_MOST_TOLD)
+        self._notices: deque[str] = deque(maxlen=_MOST_TOLD)
         self._stamps = DeviceClock()
         self._fault: str | None = None
         self._lost = ""
@@ -120,13 +120,13 @@ class Grabber:
         self._thread.start()
 
     def shots(self) -> tuple[Shot, ...]:
-        """Return the last images, the oldest first."""
+        """Return the last images, oldest first."""
         with self._lock:
             return tuple(self._shots)
 
     @property
     def usual_s(self) -> float:
-        """Return the usual time from image to image; 0 until some have come."""
+        """Return the usual time between images; 0 until some have arrived."""
         with self._lock:
             return self._usual_s()
 
@@ -135,7 +135,7 @@ class Grabber:
 
     @property
     def patience_s(self) -> float:
-        """Return after how many seconds without an image the camera counts as silent."""
+        """Return the number of seconds without an image after which the camera counts as silent."""
         with self._lock:
             return self._patience_s()
 
@@ -144,26 +144,27 @@ class Grabber:
 
     @property
     def has_ended(self) -> bool:
-        """Say if the device played a recording that is over."""
+        """Return whether the device played a recording that has ended."""
         return self._has_ended
 
     def notices(self) -> tuple[str, ...]:
-        """Return what was noticed since this was asked last, the oldest first."""
+        """Return the notices since the previous call, oldest first."""
         with self._lock:
-            told = tuple(dict.fromkeys(self._told))
-            self._told.clear()
+            told = tuple(dict.fromkeys(self._notices))
+            self._notices.clear()
         return told
 
     def silence(self, now_s: float) -> tuple[float, str]:
-        """Return for how many seconds no image has come, and what is known of the reason."""
+        """Return for how many seconds no image has arrived, and the known reason."""
         with self._lock:
             fault = "" if self._fault is None else f": {self._fault}"
             return now_s - self._last_s, fault
 
     def close(self) -> None:
-        """End the thread, which closes the device.
+        """Stop the thread, which closes the device.
 
-        A driver that hangs is not waited for; the device is closed once it returns.
+        The call does not wait for a driver that hangs; the device is closed once the driver
+        returns.
         """
         self._over.set()
         self._thread.join(_CLOSING_S)
@@ -200,16 +201,16 @@ class Grabber:
         self._device, self._lost = None, fault
         try:
             device.release()
-        except Exception as error:  # it is gone, and may well complain
+        except Exception as error:  # the device is gone, so closing it may fail
             self._say(_said(error))
 
     def _is_back(self) -> bool:
-        """Try to open the device anew, and say if it is there."""
+        """Try to reopen the device, and return whether it is available."""
         if self._reopen is None:
             return False
         try:
             self._device = self._reopen()
-        except Exception:  # the next try may do
+        except Exception:  # the next attempt may succeed
             self._say(f"{self._lost}; it cannot be opened yet")
             return False
         self._say(f"{self._lost}; it was opened anew")
@@ -232,7 +233,7 @@ class Grabber:
             return _said(error), False
         except LostDeviceError as error:
             return _said(error), True
-        except Exception as error:  # whatever a driver raises, the arm must take it for silence
+        except Exception as error:  # to the arm, any error of a driver is silence
             return _said(error), False
         if not found:
             return "the image cannot be decoded", False
@@ -245,10 +246,10 @@ class Grabber:
             time_s, fault = self._stamps.time_s(delivery.stamp_s, arrived_s)
         with self._lock:
             if delivery.missing:
-                self._told.append(_missing(delivery.missing))
-            self._told.extend(delivery.notices)
+                self._notices.append(_missing(delivery.missing))
+            self._notices.extend(delivery.notices)
             if fault is not None:
-                self._told.append(fault)
+                self._notices.append(fault)
             if not delivery.images:
                 return
             self._tell_gap(time_s, arrived_s, delivery.missing is not None)
@@ -258,19 +259,19 @@ class Grabber:
             self._last_s, self._fault = arrived_s, None
 
     def _tell_gap(self, time_s: float, arrived_s: float, is_numbered: bool) -> None:
-        """Tell of a silence that is over, and of images that must be missing before this one."""
+        """Report a silence that has ended, and images that must be missing before this one."""
         silent_s = arrived_s - self._last_s
         if not self._shots:
             return
         step_s = time_s - self._shots[-1].time_s
         if silent_s > self._patience_s():
             reason = "" if self._fault is None else f": {self._fault}"
-            self._told.append(f"no image came for {silent_s:.1f} s{reason}")
+            self._notices.append(f"no image came for {silent_s:.1f} s{reason}")
             return
         usual_s = self._usual_s()
         is_long = len(self._steps_s) >= _LEAST_STEPS and step_s > _MISSED * usual_s
         if is_long and not is_numbered:
-            self._told.append(_missing(max(1, round(step_s / usual_s) - 1)))
+            self._notices.append(_missing(max(1, round(step_s / usual_s) - 1)))
         self._steps_s.append(step_s)
 
 

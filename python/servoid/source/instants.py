@@ -1,4 +1,4 @@
-"""Reads the observations of a capture one after another, and survives what is wrong with them."""
+"""Reads the observations of a capture in sequence, and continues after damaged images."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -14,7 +14,7 @@ from servoid.errors import ImageError
 from servoid.rates import ASSUMED_HZ
 from servoid.source.source import Instant
 
-_MOST_UNKNOWN = 0.5  # an image of which more pixels are unknown shows nothing
+_MOST_UNKNOWN = 0.5  # an image with more unknown pixels is unusable
 
 
 def cameras_of(capture: Capture) -> tuple[Camera, ...]:
@@ -28,10 +28,10 @@ def cameras_of(capture: Capture) -> tuple[Camera, ...]:
 
 
 def read_instants(capture: Capture, observations: Sequence[Observation]) -> Iterator[Instant]:
-    """Read observations in order, each when it is asked for.
+    """Read observations in order, each when it is requested.
 
-    An image that cannot be read is left out, with a notice. Where the capture knows no times they
-    are counted from its rate, or else from `ASSUMED_HZ`.
+    An image that cannot be read is left out, with a notice. If the capture has no times, they are
+    computed from its rate, or else from `ASSUMED_HZ`.
     """
     for observation in observations:
         seen = [
@@ -60,12 +60,12 @@ def poses_of(capture: Capture, observation: Observation) -> tuple[Pose, ...]:
 
 
 def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | None]:
-    """Turn an image of any depth into uint8, and say what was wrong with it, or None.
+    """Convert an image of any depth to uint8; also return what was wrong with it, or None.
 
-    `image` is (H, W) or (H, W, C): uint8 as it is, uint16 by its upper byte, bool as black and
+    `image` is (H, W) or (H, W, C): uint8 unchanged, uint16 by its upper byte, bool as black and
     white, floats from 0 to 1, or from 0 to 255 if any is above 1. Unknown pixels, NaN or infinite,
-    become black; if there are more of them than others, the answer is None. One channel becomes
-    none, and of four the last, transparency, is dropped.
+    become black; if there are more of them than others, the result is None. A channel axis of
+    length one is removed, and of four channels the last, alpha, is dropped.
     """
     pixels = np.asarray(image)
     if pixels.ndim == 3 and pixels.shape[2] in (1, 4):
@@ -87,14 +87,17 @@ def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | Non
     elif pixels.dtype == np.bool_:
         pixels = pixels * np.uint8(255)
     elif pixels.dtype != np.uint8:
-        return None, f"an image of {pixels.dtype} means nothing; give uint8, uint16 or float"
+        return (
+            None,
+            f"an image of type {pixels.dtype} is not supported; give uint8, uint16 or float",
+        )
     return np.ascontiguousarray(pixels, dtype=np.uint8), notice
 
 
 def ideal_image(
     name: str, ideal: Ideal, pixels: NDArray[Any]
 ) -> tuple[NDArray[np.uint8] | None, str | None]:
-    """Return what the ideal pinhole of a lens sees of its image, and what is wrong with that.
+    """Return a lens's image as its ideal pinhole sees it, and a notice of what is wrong with it.
 
     `name` is the camera's, for the notice.
     """
@@ -134,7 +137,7 @@ def _measured(camera: CaptureCamera, index: int) -> tuple[NDArray[np.float32] | 
 
 
 def time_of(capture: Capture, observation: Observation) -> float:
-    """Return when an observation was made, in seconds; counted if the capture knows no times."""
+    """Return the time of an observation in seconds; from its index if the capture has no times."""
     if observation.time_s is not None:
         return observation.time_s
     return observation.index / (capture.rate_hz or ASSUMED_HZ)

@@ -1,4 +1,4 @@
-"""Live cameras as a source: one thread a device fetches images, and the newest are paired."""
+"""Live cameras as a source: a thread per device fetches images, and the newest are paired."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ from servoid.source.instants import tidy_image
 from servoid.source.raw import MountedCamera, RawImage, RawInstant, instant_of
 from servoid.source.source import Instant
 
-_TRIES_OF_STREAM = 1  # a connection that broke does not mend itself
+_TRIES_OF_STREAM = 1  # a broken connection does not recover
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +31,9 @@ class LiveCamera:
     """A camera of a live rig.
 
     `device` is its number, or a file, an address or a GStreamer pipeline that OpenCV opens, or an
-    object with `grab`, `retrieve` and `release` as `cv2.VideoCapture` has them. Cameras with the
-    same object are its eyes, in the order of its images. `controls` are what is asked of a webcam
-    or an industrial camera that is given by its number or name.
+    object with `grab`, `retrieve` and `release` like `cv2.VideoCapture`. Cameras with the same
+    object are its eyes, in the order of its images. `controls` are applied to a webcam or an
+    industrial camera that is given by its number or name.
     """
 
     name: str
@@ -44,7 +44,7 @@ class LiveCamera:
 
 
 class LiveSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What is known of the times of live images."""
+    """Settings of the timing of live images."""
 
     def refusal(self, message: str) -> ServoidError:
         """Return the error that refuses a value."""
@@ -67,20 +67,20 @@ class LiveSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 @dataclass(frozen=True, eq=False)
 class _Eye:
-    """One camera: its device, by place among the grabbers, and which of the device's eyes."""
+    """One camera: the index of its device among the grabbers, and which of the device's eyes."""
 
     device: int
     eye: int
 
 
 class Live:
-    """Implements `Source` and `RawSource` over cameras that run; a context that closes them.
+    """Implements `Source` and `RawSource` over live cameras; as a context manager, closes them.
 
-    Each image is stamped on `clock`: by its device's stamp if there is one, else when it is
-    fetched, and less `delay_s`. Where the rig moves, as on a hand, `world_from_cameras` says where
-    its cameras were at a time, by camera; else the rig rests at the world's origin. A camera that
-    fails or lags gives None with a notice, while the others go on; if all fail there is no
-    observation, and `silence` says why.
+    Each image has a time on `clock`: from its device's timestamp if there is one, else from when it
+    was fetched, minus `delay_s`. If the rig moves, as on a hand, `world_from_cameras` returns the
+    poses of its cameras at a time, by camera; otherwise the rig is at the world's origin. A camera
+    that fails or lags gives None with a notice, while the others continue. If all fail there is no
+    observation, and `silence` returns the reason.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Live:
         world_from_cameras: Callable[[float], Sequence[Pose]] | None = None,
         settings: LiveSettings | None = None,
     ) -> None:
-        """Open the cameras; `clock` is the arm's, and is asked by several threads.
+        """Open the cameras; `clock` is the arm's, and is called from several threads.
 
         Raises:
             CaptureError: there is no camera, or one cannot be opened.
@@ -128,7 +128,7 @@ class Live:
                 )
                 for camera, video in zip(first, videos, strict=True)
             )
-            stack.pop_all()  # all are open; from now on `close` closes them
+            stack.pop_all()  # all are open; from here on, `close` closes them
 
     def __enter__(self) -> "Live":
         return self
@@ -142,7 +142,7 @@ class Live:
         self.close()
 
     def close(self) -> None:
-        """End the threads and close the cameras."""
+        """Stop the threads and close the cameras."""
         for grabber in self._grabbers:
             grabber.close()
 
@@ -153,16 +153,16 @@ class Live:
 
     @property
     def rig(self) -> tuple[MountedCamera, ...]:
-        """Return the cameras as they are, with their lenses."""
+        """Return the real cameras, with their lenses."""
         return self._rig
 
     @property
     def is_over(self) -> bool:
-        """Say if all devices played recordings that are over."""
+        """Return whether all devices played recordings that have ended."""
         return all(grabber.has_ended for grabber in self._grabbers)
 
     def silence(self) -> str | None:
-        """Say why nothing comes, where no device has sent anything for a while; else None."""
+        """Return why no image comes, if no device has sent any for a while; else None."""
         now_s = self._clock()
         silences = [grabber.silence(now_s) for grabber in self._grabbers]
         if any(
@@ -176,12 +176,12 @@ class Live:
         )
 
     def newest(self) -> Instant | None:
-        """Return the newest observation that has arrived and was not returned yet, else None."""
+        """Return the newest observation that has arrived and was not yet returned, else None."""
         raw = self.newest_raw()
         return None if raw is None else instant_of(raw, self._rig, self._ideals)
 
     def newest_raw(self) -> RawInstant | None:
-        """Return what `newest` would as the lenses recorded it; each is returned by one of them."""
+        """Return what `newest` would, as recorded; each observation is returned by only one."""
         now_s = self._clock()
         shots = [grabber.shots() for grabber in self._grabbers]
         fresh = [
@@ -190,31 +190,31 @@ class Live:
         ]
         if not any(fresh) or self._is_awaiting(now_s, shots, fresh):
             return None
-        # The newest moment of which all devices that deliver have an image.
+        # The newest instant for which all delivering devices have an image.
         newest = [(known[-1].time_s, place) for place, known in enumerate(shots) if fresh[place]]
         moment_s, place = min(newest)
-        # Images of that device that came and were not asked for are counted, too.
+        # Images of that device that arrived and were not requested are counted, too.
         came = shots[place][-1].number - self._used_number[place]
         self._last_s, self._index = moment_s, self._index + (came if self._index >= 0 else 1)
         return self._observed(moment_s, now_s, shots)
 
     def _slack_s(self, place: int) -> float:
-        """Return how much later than an observation an image is that is of the next one.
+        """Return how much later than an observation an image belongs to the next observation.
 
-        One that comes too late to be paired must not become an observation of the same moment.
+        An image that is too late to be paired must not become an observation of the same instant.
         """
         return min(self._settings.apart_s, 0.5 * self._grabbers[place].usual_s)
 
     def _is_awaiting(
         self, now_s: float, shots: Sequence[tuple[Shot, ...]], fresh: Sequence[bool]
     ) -> bool:
-        """Say if an image should come that belongs to those that are there."""
+        """Return whether an image is still expected that belongs to the available ones."""
         silences_s = [grabber.silence(now_s)[0] for grabber in self._grabbers]
         patiences_s = [grabber.patience_s for grabber in self._grabbers]
         lacking = [place for place, new in enumerate(fresh) if not new]
         if any(silences_s[place] <= patiences_s[place] for place in lacking):
             return True
-        # Cameras that were silent together come back together, but not at the very same time.
+        # Cameras that were silent together resume together, but not at exactly the same time.
         there = [place for place, new in enumerate(fresh) if new]
         are_back = all(
             len(shots[place]) > 1
@@ -227,7 +227,7 @@ class Live:
     def _observed(
         self, moment_s: float, now_s: float, shots: Sequence[tuple[Shot, ...]]
     ) -> RawInstant:
-        """Join the images that were taken nearest to a moment."""
+        """Combine the images that were taken nearest to an instant."""
         found = [self._nearest(place, moment_s, now_s, known) for place, known in enumerate(shots)]
         images: list[RawImage | None] = []
         notices: list[str] = []
@@ -253,7 +253,7 @@ class Live:
     def _nearest(
         self, place: int, moment_s: float, now_s: float, known: Sequence[Shot]
     ) -> tuple[Shot | None, str | None]:
-        """Return the shot of a device nearest to a moment, or None and what is wrong."""
+        """Return the shot of a device nearest to an instant, or None and what is wrong."""
         fresh = [one for one in known if one.time_s > self._used_s[place]]
         shot = min(fresh, key=lambda one: abs(one.time_s - moment_s), default=None)
         apart_s = np.inf if shot is None else abs(shot.time_s - moment_s)
@@ -280,7 +280,7 @@ def _opened(camera: LiveCamera) -> Video:
 
 
 def _devices(cameras: Sequence[LiveCamera]) -> tuple[list[LiveCamera], tuple[_Eye, ...]]:
-    """Return one camera of each device, and for each camera which eye of which device it is."""
+    """Return one camera per device, and for each camera its device and eye."""
     first: list[LiveCamera] = []
     counts: list[int] = []
     eyes: list[_Eye] = []
@@ -299,7 +299,7 @@ def _devices(cameras: Sequence[LiveCamera]) -> tuple[list[LiveCamera], tuple[_Ey
 
 
 def _raw_image(lens: Lens, shot: Shot, eye: int) -> tuple[RawImage | None, str | None]:
-    """Return an eye's image of a shot, in its lens's size, and what is wrong with it, or None."""
+    """Return an eye's image of a shot, in its lens's size, or None, and what is wrong with it."""
     given = shot.images[eye] if eye < len(shot.images) else None
     if given is None:
         return None, "there is no image"
@@ -312,7 +312,7 @@ def _raw_image(lens: Lens, shot: Shot, eye: int) -> tuple[RawImage | None, str |
             f"the image is {pixels.shape[1]}x{pixels.shape[0]} pixels, but the lens has "
             f"{width}x{height}; images and calibration must be of the same size"
         )
-    if pixels.ndim == 2:  # as a grey image is read from a file
+    if pixels.ndim == 2:  # as when a grey image is read from a file
         pixels = np.repeat(pixels[:, :, None], 3, axis=2)
     depth = shot.depths[eye] if eye < len(shot.depths) else None
     depth_m = None if depth is None else to_metres(np.asarray(depth), 1.0)
@@ -320,5 +320,5 @@ def _raw_image(lens: Lens, shot: Shot, eye: int) -> tuple[RawImage | None, str |
 
 
 def _red_first(pixels: NDArray[Any]) -> NDArray[Any]:
-    """Return colours with red first, and without transparency."""
+    """Convert to RGB order, without an alpha channel."""
     return pixels[..., 2::-1] if pixels.ndim == 3 and pixels.shape[2] in (3, 4) else pixels

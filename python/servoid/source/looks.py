@@ -1,4 +1,4 @@
-"""Writes observations of an object at rest as a capture, which `servoid model` reads."""
+"""Writes observations of a static object as a capture, which `servoid model` reads."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,8 +24,8 @@ def write_looks(
 ) -> Path:
     """Write observations as the folder of a capture; `masks` are those of the first, by camera.
 
-    Each image becomes a camera of its own at rest in the world, since eyes that turn have no fixed
-    place on a rig. Returns the path of the capture.toml.
+    Each image becomes a static camera of its own in the world, since eyes that rotate have no fixed
+    pose on a rig. Returns the path of the capture.toml.
 
     Raises:
         OutputError: a file cannot be written.
@@ -57,7 +57,7 @@ def write_looks(
 def _png(path: Path, image: NDArray[np.uint8]) -> bytes:
     done, data = cv2.imencode(".png", image[..., ::-1] if image.ndim == 3 else image)
     if not done:
-        raise OutputError(f"cannot write {path}: the image cannot be stored as PNG")
+        raise OutputError(f"cannot write {path}: the image cannot be encoded as PNG")
     return data.tobytes()
 
 

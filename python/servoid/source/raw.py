@@ -1,4 +1,4 @@
-"""Observations as lenses recorded them, from which those of ideal cameras follow."""
+"""Observations as lenses recorded them, before they are undistorted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from servoid.source.source import Instant
 
 @dataclass(frozen=True)
 class MountedCamera:
-    """One camera of a rig: its name, how it sees, and where it sits."""
+    """One camera of a rig: its name, its lens and its pose on the rig."""
 
     name: str
     lens: Lens
@@ -27,11 +27,11 @@ class MountedCamera:
 
 @dataclass(frozen=True, eq=False)
 class RawImage:
-    """One image as its lens recorded it: (H, W, 3) uint8 RGB, and when that was, in seconds.
+    """One image as its lens recorded it: (H, W, 3) uint8 RGB, and its capture time in seconds.
 
-    `number` counts the images of its camera that came, from 1. `depth_m` (H, W) float32 is metres
-    along z in the same pixels, NaN where unknown. `encoded` is the JPEG file that it came as, whose
-    pixels these are, if it came as one.
+    `number` counts the images of its camera that arrived, from 1. `depth_m` (H, W) float32 is in
+    metres along z in the same pixels, NaN where unknown. `encoded` is the JPEG file with these
+    pixels, if the image arrived as one.
     """
 
     pixels: NDArray[np.uint8]
@@ -45,8 +45,8 @@ class RawImage:
 class RawInstant:
     """One observation as the lenses recorded it.
 
-    `images` are None where a camera delivered nothing that can be used; `notices` say why. `index`
-    counts the observations that arrived, also those that nobody asked for in time.
+    `images` are None where a camera delivered nothing usable; `notices` give the reasons. `index`
+    counts the observations that arrived, including those that nobody requested in time.
     """
 
     index: int
@@ -57,13 +57,13 @@ class RawInstant:
 
     @property
     def is_dark(self) -> bool:
-        """Say if no camera delivered an image."""
+        """Return whether no camera delivered an image."""
         return all(image is None for image in self.images)
 
 
 @runtime_checkable
 class RawSource(Protocol):
-    """Delivers observations as they come, as the lenses recorded them."""
+    """Delivers observations as they arrive, as the lenses recorded them."""
 
     @property
     def rig(self) -> tuple[MountedCamera, ...]:
@@ -71,19 +71,19 @@ class RawSource(Protocol):
         ...
 
     def newest_raw(self) -> RawInstant | None:
-        """Return the newest observation that has arrived and was not returned yet, else None.
+        """Return the newest observation that has arrived and was not yet returned, else None.
 
-        Older ones that were not asked for are dropped.
+        Older ones that were not requested are dropped.
         """
         ...
 
     def silence(self) -> str | None:
-        """Say why nothing comes, where nothing has come for a while; else None."""
+        """Return why no image comes, if none has come for a while; else None."""
         ...
 
 
 def instant_of(raw: RawInstant, rig: Sequence[MountedCamera], ideals: Sequence[Ideal]) -> Instant:
-    """Return what the ideal pinholes of the rig's cameras see of an observation."""
+    """Return an observation as the ideal pinholes of the rig's cameras see it."""
     seen = [
         (None, None) if image is None else ideal_image(camera.name, ideal, image.pixels)
         for camera, ideal, image in zip(rig, ideals, raw.images, strict=True)

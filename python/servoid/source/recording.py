@@ -1,4 +1,4 @@
-"""Plays a capture as if its cameras delivered it now."""
+"""Plays a capture as if its cameras delivered it live."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,11 +13,11 @@ from servoid.source.source import Instant
 
 
 class Recording:
-    """Implements `Source`: the observations of a capture arrive when it is time for them.
+    """Implements `Source`: the observations of a capture arrive at their times.
 
-    The first was taken when the recording is made, on the `clock` that it is given: a function
-    that returns seconds, such as `time.monotonic` or that of a simulated arm. The cameras are
-    where the capture says. An image is read only when it is handed out.
+    The first one was taken when the recording is created, on the given `clock`: a function that
+    returns seconds, such as `time.monotonic` or that of a simulated arm. The camera poses are those
+    of the capture. An image is read only when it is returned.
     """
 
     def __init__(
@@ -28,7 +28,7 @@ class Recording:
         rate_hz: float | None = None,
         latency_s: float = 0.0,
     ) -> None:
-        """Begin to play; `rate_hz` is for a capture that knows no times, or for another speed.
+        """Start playing; `rate_hz` is for a capture without times, or for another speed.
 
         An observation arrives `latency_s` seconds after it was taken.
 
@@ -50,11 +50,11 @@ class Recording:
 
     @property
     def is_over(self) -> bool:
-        """Say if the last observation was handed out."""
+        """Return whether the last observation was returned."""
         return self._next == len(self._observations)
 
     def newest(self) -> Instant | None:
-        """Return the newest observation that has arrived and was not returned yet, else None."""
+        """Return the newest observation that has arrived and was not yet returned, else None."""
         arrived = int(np.searchsorted(self._times_s + self._latency_s, self._clock(), side="right"))
         if arrived <= self._next:
             return None
@@ -64,14 +64,14 @@ class Recording:
 
 
 def _seconds(capture: Capture, rate_hz: float | None) -> np.ndarray:
-    """Return the seconds (N,) from the first observation to each."""
+    """Return the time (N,) of each observation in seconds from the first."""
     if len(capture) == 0:
-        raise CaptureError(f"{capture.path} holds no observation that could be played")
+        raise CaptureError(f"{capture.path} has no observation to play")
     if rate_hz is not None or capture.times_s is None:
         rate_hz = capture.rate_hz if rate_hz is None else rate_hz
         if rate_hz is None or not rate_hz > 0.0:
             raise CaptureError(
-                f"{capture.path} knows no times and no rate, or the rate is not positive; give "
+                f"{capture.path} has neither times nor a rate, or the rate is not positive; give "
                 "rate_hz, such as 30.0"
             )
         return np.arange(len(capture)) / rate_hz
@@ -81,6 +81,6 @@ def _seconds(capture: Capture, rate_hz: float | None) -> np.ndarray:
         at = int(back[0])
         raise CaptureError(
             f"{capture.path}: observation {at + 1} was taken at {times_s[at + 1]:g} s, which is "
-            f"not after the one before, {times_s[at]:g} s; bring them in order, or give rate_hz"
+            f"not after the one before, {times_s[at]:g} s; sort them, or give rate_hz"
         )
     return times_s - times_s[0]

@@ -1,4 +1,4 @@
-"""Reads from a file which live cameras there are, how they see and where they sit on their rig."""
+"""Reads a rig's file: its live cameras, their lenses and their poses on the rig."""
 
 from contextlib import ExitStack
 from dataclasses import replace
@@ -26,7 +26,7 @@ class _LiveEntry(LensEntry, frozen=True, kw_only=True):
 
 
 class _PairEntry(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds one [[pair]] table: a device that knows itself how its two eyes see."""
+    """Holds one [[pair]] table: a device that has the calibration of its two eyes."""
 
     name: Annotated[str, msgspec.Meta(min_length=1, examples=["head"])]
     device: Annotated[str, msgspec.Meta(min_length=1, examples=["realsense:123456"])]
@@ -45,13 +45,13 @@ class _RigFile(msgspec.Struct, frozen=True, kw_only=True):
 def read_rig(path: str | Path) -> tuple[LiveCamera, ...]:
     """Read the cameras of a live rig: a capture.toml with `device` in place of `images`.
 
-    The devices of [[pair]] tables are opened, as they say themselves how their eyes see.
+    The devices of [[pair]] tables are opened, since the calibration of their eyes is in them.
 
     Raises:
-        CaptureError: the file is missing or malformed, two cameras have one name, or the device of
+        CaptureError: the file is missing or malformed, two cameras share a name, or the device of
             a pair cannot be opened.
         CameraError: a camera cannot exist, or its model is unknown.
-        PoseError: a `rig_from_camera` or `rig_from_left` is no rigid motion.
+        PoseError: a `rig_from_camera` or `rig_from_left` is not a rigid motion.
         MissingExtraError: the driver's library of a pair is not installed.
 
     """
@@ -73,7 +73,7 @@ def read_rig(path: str | Path) -> tuple[LiveCamera, ...]:
         for name in names:
             if names.count(name) > 1:
                 raise CaptureError(f"{path}: two cameras are named '{name}'; rename one of them")
-        opened.pop_all()  # all are there; whoever asked closes them
+        opened.pop_all()  # all are open; the caller closes them
     return tuple(cameras)
 
 
@@ -93,17 +93,17 @@ def _check(path: Path, file: _RigFile) -> None:
         for name, pose in entries:
             if pose is None:
                 raise CaptureError(
-                    f"{path}, {kind} '{name}': {key} is missing; what stands alone on a rig needs "
-                    "none, but each of several says where it is, as a 4x4 matrix"
+                    f"{path}, {kind} '{name}': {key} is missing; the only one on a rig needs "
+                    "none, but each of several needs its pose, as a 4x4 matrix"
                 )
 
 
 def _open_pair(path: Path, entry: _PairEntry) -> list[LiveCamera]:
-    """Open a pair; its eyes are called by its name and theirs."""
+    """Open a pair; its eyes are named by the pair's name and their own."""
     place = f"{path}, pair '{entry.name}'"
     if not entry.device.startswith(_REALSENSE):
         raise CaptureError(
-            f"{place}: device is '{entry.device}'; a pair that knows how it sees is "
+            f"{place}: device is '{entry.device}'; a pair with a calibration of its own is "
             f"{_REALSENSE}SERIAL; other cameras have a [[camera]] table each"
         )
     rig_from_left = Pose.identity()

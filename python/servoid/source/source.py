@@ -1,4 +1,4 @@
-"""Sources of observations: a live rig, a recording and a simulation look the same."""
+"""Sources of observations: live rigs, recordings and simulations have the same interface."""
 
 import re
 from collections.abc import Sequence
@@ -19,10 +19,10 @@ class Instant:
     """One observation, ready for a tracker.
 
     `images` are those of the ideal pinhole cameras, (H, W) or (H, W, 3) uint8 RGB, None where a
-    camera delivered nothing that can be used; `notices` say why. `depths` are depth images in their
-    pixels, (H, W) float32, metres along z, NaN where unknown; none at all where no camera measures
-    depth. `names` are the cameras'. `index` counts the observations that arrived, also those that
-    nobody asked for in time.
+    camera delivered nothing usable; `notices` give the reasons. `depths` are depth images in their
+    pixels, (H, W) float32, metres along z, NaN where unknown; empty if no camera measures depth.
+    `names` are the cameras' names. `index` counts the observations that arrived, including those
+    that nobody requested in time.
     """
 
     index: int
@@ -34,10 +34,10 @@ class Instant:
     depths: tuple[NDArray[np.float32] | None, ...] = ()
 
     def with_notices(self, notices: Sequence[str]) -> tuple[str, ...]:
-        """Join what a tracker noticed, which counts cameras, to what is known of the images.
+        """Merge a tracker's notices, which number the cameras, with the notices of the images.
 
-        Each is said once, with the cameras' names, and an image whose fault is known is not
-        reported missing as well.
+        Each is reported once, with the cameras' names. An image whose fault is known is not
+        reported as missing as well.
         """
         found = list(self.notices)
         for notice in notices:
@@ -53,13 +53,13 @@ class Instant:
 
     @property
     def is_dark(self) -> bool:
-        """Say if no camera delivered an image."""
+        """Return whether no camera delivered an image."""
         return all(image is None for image in self.images)
 
 
 @runtime_checkable
 class Source(Protocol):
-    """Delivers observations as they come."""
+    """Delivers observations as they arrive."""
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
@@ -67,9 +67,9 @@ class Source(Protocol):
         ...
 
     def newest(self) -> Instant | None:
-        """Return the newest observation that has arrived and was not returned yet, else None.
+        """Return the newest observation that has arrived and was not yet returned, else None.
 
-        Older ones that were not asked for are dropped. `time_s` of an observation is when its
-        images were taken, on the clock of the arm, which is before they arrive.
+        Older ones that were not requested are dropped. `time_s` of an observation is when its
+        images were taken, on the arm's clock, which is before they arrive.
         """
         ...

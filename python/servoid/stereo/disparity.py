@@ -1,4 +1,4 @@
-"""Matches rectified images: semi-global matching, then steps of Lucas and Kanade for the rest."""
+"""Matches rectified images: semi-global matching, then Lucas-Kanade for sub-pixel accuracy."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ _SIGMA_PX = 3.0
 _LARGEST_CORRECTION_PX = 1.5
 _LARGEST_SIGMA_PX = 1.0
 _LEAST_AGREEMENT = 0.6
-_LEAST_STIFFNESS = 10.0  # what keeps a place without texture where it is
+_LEAST_STIFFNESS = 10.0  # keeps the disparity where there is no texture
 _SMOOTH_PX = 1.5
 _LEAST_NOISE = 1.0  # grey levels: rounding, compression and resampling
 
@@ -53,7 +53,7 @@ def coarse_disparity(one: Gray, other: Gray, count: int) -> Field:
         speckleRange=2,
         mode=cv2.STEREO_SGBM_MODE_HH,
     )
-    # The columns that have no room for the largest disparity would not be matched.
+    # Columns without room for the largest disparity would not be matched.
     padded = [
         np.asarray(cv2.copyMakeBorder(image, 0, 0, count, 0, cv2.BORDER_REPLICATE))
         for image in (one, other)
@@ -64,9 +64,9 @@ def coarse_disparity(one: Gray, other: Gray, count: int) -> Field:
 
 
 def match(one: Gray, other: Gray, count: int, wanted: NDArray[np.bool_]) -> Match:
-    """Match where it is wanted with sub-pixel accuracy; disparities from 0 up to `count`.
+    """Match the pixels in `wanted` with sub-pixel accuracy; disparities from 0 up to `count`.
 
-    What is not wanted has no say in the disparities beside it.
+    Other pixels do not affect the disparities beside them.
     """
     start = coarse_disparity(one, other, count)
     known = np.isfinite(start) & wanted
@@ -74,10 +74,10 @@ def match(one: Gray, other: Gray, count: int, wanted: NDArray[np.bool_]) -> Matc
 
 
 def _refine(one: Field, other: Field, start: Field, known: NDArray[np.bool_]) -> Match:
-    """Move each disparity to where the squares around the pixel agree best.
+    """Refine each disparity to where the windows around the pixel agree best.
 
-    In each step the other image is warped by the whole field, so that slanted surfaces agree as
-    well as those that face the cameras.
+    Each step warps the other image by the whole field, so that slanted surfaces match as well as
+    those that face the cameras.
     """
     smooth, mean = _Average(known, _SMOOTH_PX), _Average(known, _SIGMA_PX)
     first = smooth.of(np.where(known, start, 0.0))
@@ -110,7 +110,7 @@ class _Average:
 
 @dataclass(frozen=True)
 class _Comparison:
-    """How far a field is off, how sure that is, and the correlation of the squares there."""
+    """The error of a field, its certainty, and the correlation of the windows."""
 
     move: Field
     sigma_px: Field
@@ -118,7 +118,7 @@ class _Comparison:
 
 
 def _compare(one: Field, other: Field, field: Field, mean: _Average) -> _Comparison:
-    """Warp the other image by a field and take one step of Lucas and Kanade."""
+    """Warp the other image by a field and take one Lucas-Kanade step."""
     import cv2
 
     columns, rows = np.meshgrid(
@@ -131,7 +131,7 @@ def _compare(one: Field, other: Field, field: Field, mean: _Average) -> _Compari
     residual = here - there
     stiffness = mean.of(slope * slope) + _LEAST_STIFFNESS
     noise = np.sqrt(mean.of(residual * residual)) + _LEAST_NOISE
-    # A Gaussian weighs 4 pi sigma^2 pixels as one mean; as neighbours err alike, a tenth counts.
+    # A Gaussian averages 4 pi sigma^2 pixels; their errors are correlated, so a tenth counts.
     samples = 0.4 * np.pi * _SIGMA_PX * _SIGMA_PX
     return _Comparison(
         move=np.clip(mean.of(slope * residual) / stiffness, -0.5, 0.5),
@@ -141,7 +141,7 @@ def _compare(one: Field, other: Field, field: Field, mean: _Average) -> _Compari
 
 
 def _flatten(image: Field, mean: _Average) -> tuple[Field, Field]:
-    """Take the local mean away; return the rest and its local power."""
+    """Subtract the local mean; return the rest and its local power."""
     flat = image - mean.of(image)
     return flat, mean.of(flat * flat)
 

@@ -1,4 +1,4 @@
-"""Turns a pair of images so that a point lies on the same row of both, whatever the rig."""
+"""Rectifies a pair of images so that a point lies on the same row of both, for any rig."""
 
 from dataclasses import dataclass
 
@@ -9,14 +9,14 @@ from servoid._native import Camera, Pose
 from servoid.errors import CameraError
 from servoid.pose import exact
 
-_MOST_FORWARD = 0.8  # of the baseline along the line of sight; beyond, images show no disparity
+_MOST_FORWARD = 0.8  # of the baseline along the line of sight; above, images have no disparity
 
 
 @dataclass(frozen=True)
 class Rectification:
-    """A frame for both cameras: x along the baseline from a to b, z where both look.
+    """A frame for both cameras: x along the baseline from a to b, z in their common direction.
 
-    `rectified_from_a` and `rectified_from_b` are rotations, (3, 3); `focal_px` is the focal length
+    `rectified_from_a` and `rectified_from_b` are rotations, (3, 3). `focal_px` is the focal length
     of the rectified images, `baseline` the distance of the cameras in metres.
     """
 
@@ -29,10 +29,11 @@ class Rectification:
 
     @classmethod
     def of(cls, camera_a: Camera, camera_b: Camera, a_from_b: Pose) -> "Rectification":
-        """Find the frame of a pair.
+        """Compute the frame of a pair.
 
         Raises:
-            CameraError: the cameras stand in one place, one behind the other, or look apart.
+            CameraError: the cameras coincide, are one behind the other, or look in different
+                directions.
 
         """
         matrix = a_from_b.matrix()
@@ -40,7 +41,7 @@ class Rectification:
         baseline = exact.norm(offset)
         if baseline < 1e-9:
             raise CameraError(
-                "the two cameras stand in the same place, so nothing is seen from two sides; "
+                "the two cameras are at the same position, so there is no parallax; "
                 "correct rig_from_camera, or give two cameras apart from each other"
             )
         across = offset / baseline
@@ -48,14 +49,14 @@ class Rectification:
         if exact.norm(sight) < 0.5 or turn[2, 2] < 0.0:
             apart = np.degrees(exact.arccos(np.clip(turn[2, 2], -1.0, 1.0)))
             raise CameraError(
-                f"the two cameras look {apart:.0f} degrees apart and have no field in common; "
-                "give two that look at the same place"
+                f"the two cameras look {apart:.0f} degrees apart and have no common field of view; "
+                "give two that look at the same scene"
             )
         sight /= exact.norm(sight)
         if abs(exact.dot(across, sight)) > _MOST_FORWARD:
             raise CameraError(
-                "one camera stands behind the other: their baseline is along the line of sight, "
-                "where images show no disparity; give two cameras side by side or above each other"
+                "one camera is behind the other: their baseline is along the line of sight, "
+                "where images have no disparity; give two cameras side by side or above each other"
             )
         sight -= exact.dot(across, sight) * across
         sight /= exact.norm(sight)
@@ -96,9 +97,9 @@ class Rectification:
         of_b: bool,
         shrink: float = 1.0,
     ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-        """Draw a part of a rectified image, and say where the camera really saw something.
+        """Render a part of a rectified image, and return where the camera has real pixels.
 
-        The part begins at `first_px` and is `size_px` large in pixels that are `shrink` times
+        The part begins at `first_px` and is `size_px` large, in pixels that are `shrink` times
         those of the rectified image.
         """
         import cv2

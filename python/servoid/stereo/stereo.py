@@ -1,4 +1,4 @@
-"""Measures depth from a stereo pair: rectify, match, and go back to the pixels of one image."""
+"""Measures depth from a stereo pair: rectifies, matches, and maps back to one image's pixels."""
 
 from dataclasses import dataclass, replace
 
@@ -11,23 +11,23 @@ from servoid.pose import exact
 from servoid.stereo.disparity import Match, coarse_disparity, match
 from servoid.stereo.rectification import Rectification
 
-_FAR_PX = 1e6  # beside every image
-_STEPS = 32  # of a pixel, between which nothing is told apart
+_FAR_PX = 1e6  # outside every image
+_STEPS = 32  # per pixel: the resolution of interpolation
 _MARGIN_PX = 12
 _COARSE_SIDE_PX = 64.0
 _MOST_COARSE = 4.0
 _MOST_COARSE_CELLS = 2e7
 _MOST_CELLS = 1e8
 _MOST_ROUGH_CELLS = 2e6
-_LARGEST_SHARE = 0.75  # the largest disparity that is sought, of the image's longer side
+_LARGEST_SHARE = 0.75  # the largest disparity to search, of the image's longer side
 
 
 @dataclass(frozen=True)
 class StereoDepth:
-    """Depth of the pixels of image a along its camera's z axis, and the error to expect.
+    """Depth of the pixels of image a along its camera's z axis, and its expected error.
 
-    `depth` and `sigma_m` are (H, W) float32 in metres, NaN where nothing is known. `sigma_m` is
-    one standard deviation, from the images' noise and texture; a wrong match is not in it.
+    `depth` and `sigma_m` are (H, W) float32 in metres, NaN where unknown. `sigma_m` is one standard
+    deviation, from the images' noise and texture; it does not include wrong matches.
     """
 
     depth: NDArray[np.float32]
@@ -43,10 +43,10 @@ def stereo_depth(
     *,
     mask_a: NDArray[np.uint8] | None = None,
 ) -> StereoDepth:
-    """Measure the depth that a stereo pair shows, in the pixels of image a.
+    """Measure depth from a stereo pair, in the pixels of image a.
 
-    The cameras may stand side by side or above each other, in either order, and may be turned
-    towards each other; they have no distortion, so undistort images of a lens first.
+    The cameras may be side by side or above each other, in either order, and may be rotated towards
+    each other. They have no distortion, so undistort images of a lens first.
 
     Args:
         image_a: (H, W, 3) uint8, RGB; so is `image_b`.
@@ -57,9 +57,9 @@ def stereo_depth(
         mask_a: (H, W) uint8, non-zero on the object: only its pixels are measured, and faster.
 
     Raises:
-        CameraError: the cameras stand in one place or one behind the other, or see nothing both.
-        ImageError: an image has not the size of its camera.
-        TargetError: the mask is empty or of another size, or b does not see what it shows.
+        CameraError: the cameras coincide, are one behind the other, or share no field of view.
+        ImageError: an image does not have the size of its camera.
+        TargetError: the mask is empty or of another size, or b does not see the masked area.
 
     """
     _check(image_a, camera_a, "a")
@@ -69,7 +69,8 @@ def stereo_depth(
     part = _Part.around(pair, wanted)
     grays = _gray(image_a), _gray(image_b)
     nearest, farthest = _range_px(pair, part, grays, wanted)
-    # Matching takes memory for each pixel and disparity, so large images are matched smaller.
+    # Matching takes memory for each pixel and disparity, so large images are matched at reduced
+    # size.
     cells = float(part.size_px[0]) * part.size_px[1] * (farthest - nearest)
     if cells > _MOST_CELLS:
         share = exact.power(_MOST_CELLS / cells, 1.0 / 3.0)
@@ -91,8 +92,8 @@ def rough_depth(
 ) -> NDArray[np.float32]:
     """Measure depth as `stereo_depth` does, but on small images and at all distances.
 
-    It tells what is near from what is far, fast; a surface it places to a few per cent, a border
-    to a few pixels.
+    It is fast and separates near from far. Surfaces are accurate to a few per cent, borders to a
+    few pixels.
 
     Args:
         image_a: (H, W, 3) uint8, RGB; so is `image_b`.
@@ -103,7 +104,7 @@ def rough_depth(
         mask_a: (H, W) uint8: only pixels that are not zero are measured.
 
     Returns:
-        (H, W) float32, in metres along the z axis of camera a, NaN where nothing is known.
+        (H, W) float32, in metres along the z axis of camera a, NaN where unknown.
 
     Raises:
         CameraError, ImageError, TargetError: as for `stereo_depth`.
@@ -141,7 +142,7 @@ def _wanted(image: NDArray[np.uint8], mask: NDArray[np.uint8] | None) -> NDArray
 
 @dataclass(frozen=True)
 class _Part:
-    """The part of the rectified image a that is matched, in pixels around its axis."""
+    """The part of the rectified image a to match, in pixels around its axis."""
 
     first_px: tuple[float, float]
     size_px: tuple[int, int]
@@ -152,7 +153,7 @@ class _Part:
         flat = pair.flat_of_a(np.column_stack([columns, rows]).astype(np.float64))
         low, high = (np.floor(np.nanmin(flat, axis=0)), np.ceil(np.nanmax(flat, axis=0)))
         low, high = low - _MARGIN_PX, high + _MARGIN_PX
-        # A strongly turned image may reach towards infinity.
+        # A strongly rotated image may extend to infinity.
         most = 1.5 * max(pair.camera_a.size_px)
         low, high = np.clip(low, -most, most), np.clip(high, -most, most)
         return cls(
@@ -166,7 +167,7 @@ def _range_px(
     grays: tuple[NDArray[np.uint8], NDArray[np.uint8]],
     wanted: NDArray[np.bool_],
 ) -> tuple[int, int]:
-    """Find the disparities of what is wanted, smallest and largest, on small images."""
+    """Find the smallest and largest disparity of the wanted pixels, on small images."""
     most = _largest_px(pair, part)
     shrink = float(np.clip(min(part.size_px) / _COARSE_SIDE_PX, 1.0, _MOST_COARSE))
     cells = float(part.size_px[0]) * part.size_px[1] * most
@@ -191,7 +192,7 @@ def _coarse(
     most: float,
     shrink: float,
 ) -> tuple[NDArray[np.floating], NDArray[np.bool_]]:
-    """Match small images; return disparities in their pixels, and where both cameras see them."""
+    """Match small images; return disparities in their pixels, and where both cameras see."""
     size = int(part.size_px[0] / shrink) + 1, int(part.size_px[1] / shrink) + 1
     count = int(most / shrink) + 1
     one, seen_a = pair.warp(grays[0], part.first_px, size, of_b=False, shrink=shrink)
@@ -207,7 +208,7 @@ def _coarse(
 
 
 def _largest_px(pair: Rectification, part: _Part) -> float:
-    """Find the largest disparity with which b may see the part, or say that it sees none of it."""
+    """Return the largest disparity with which b may see the part; raise if it sees none of it."""
     corners = np.array(pair.camera_b.size_px) * np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) - 0.5
     flat_b = pair.flat_of_b(corners.astype(np.float64))
     (left, above), (right, below) = np.nanmin(flat_b, axis=0), np.nanmax(flat_b, axis=0)
@@ -228,7 +229,7 @@ def _largest_px(pair: Rectification, part: _Part) -> float:
 def _widen(
     pair: Rectification, part: _Part, values: NDArray[np.float32], *, whole: bool
 ) -> tuple[int, int]:
-    """Leave room on both sides of the disparities that were seen: an object is as deep as wide."""
+    """Extend the range of disparities on both sides: an object is as deep as wide."""
     low, high = np.quantile(values, (0.01, 0.99) if whole else (0.1, 0.9))
     depth_share = 0.2 if whole else min(0.6, 0.75 * max(part.size_px) / pair.focal_px)
     return max(0, int(low / (1.0 + depth_share)) - 4), int(high * (1.0 + depth_share)) + 5
@@ -252,11 +253,11 @@ def _match(
     wanted: NDArray[np.bool_],
     range_px: tuple[int, int],
 ) -> tuple[Match, int]:
-    """Match at full size; return disparities less the smallest one, and that one."""
+    """Match at full size; return disparities minus the smallest one, and the smallest one."""
     nearest, farthest = range_px
     count = farthest - nearest
     one, seen_a = pair.warp(grays[0], part.first_px, part.size_px, of_b=False)
-    # Both parts get `count` more columns on the left: there, near things of a are found in b.
+    # Both parts get `count` more columns on the left: there, near points of a are found in b.
     first_b = part.first_px[0] - farthest, part.first_px[1]
     size_b = part.size_px[0] + count, part.size_px[1]
     other, seen_b = pair.warp(grays[1], first_b, size_b, of_b=True)
@@ -273,14 +274,14 @@ def _match(
 def _back(
     pair: Rectification, part: _Part, found: Match, shift: int, wanted: NDArray[np.bool_]
 ) -> StereoDepth:
-    """Carry disparities back to the pixels of image a, as depths along its own axis."""
+    """Map disparities back to the pixels of image a, as depths along its own axis."""
     rows, columns = np.nonzero(wanted)
     pixels = np.column_stack([columns, rows]).astype(np.float64)
     place = np.nan_to_num(pair.flat_of_a(pixels) - np.array(part.first_px), nan=-_FAR_PX)
     place = np.clip(place, -_FAR_PX, _FAR_PX).astype(np.float32)
 
     smooth, sharp = _between(found.disparity, place), _nearest(found.disparity, place)
-    # At a step in depth the mean of its two sides is neither.
+    # At a depth edge, the mean of both sides is on neither surface.
     disparity = np.where(np.abs(smooth - sharp) < 0.5, smooth, sharp) + shift
     slopes = (pixels - np.array(pair.camera_a.center_px)) / np.array(pair.camera_a.focal_px)
     rays = np.column_stack([slopes, np.ones(len(slopes))])
@@ -296,15 +297,15 @@ def _back(
 
 
 def _nearest(values: NDArray[np.float32], place: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the values (N,) of the pixels nearest to places (N, 2) of an image, NaN beside it."""
+    """Return the values (N,) of the pixels nearest to positions (N, 2) in an image, NaN outside."""
     return _at(values, np.rint(place).astype(np.intp))
 
 
 def _between(values: NDArray[np.float32], place: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Interpolate linearly at places (N, 2) of an image, (N,), NaN where a neighbour is unknown.
+    """Interpolate linearly at positions (N, 2) in an image, (N,), NaN where a neighbour is unknown.
 
-    Places are told apart by 1/32 pixel, and each of the four terms is added with one rounding, as
-    OpenCV does where the processor can: its bits are others where it cannot.
+    Positions are rounded to 1/32 pixel, and each of the four terms is added with one rounding, as
+    OpenCV does on processors that can; on others, OpenCV's bits differ.
     """
     steps = np.rint(place * np.float32(_STEPS)).astype(np.intp)
     corner, parts = steps // _STEPS, (steps % _STEPS).astype(np.float32) / np.float32(_STEPS)

@@ -157,7 +157,7 @@ def test_a_function_that_no_other_process_finds_is_refused() -> None:
     def inside(case: Case) -> Row:
         return draw(case)
 
-    with pytest.raises(StudyError, match="at the top of a module"):
+    with pytest.raises(StudyError, match="at the top level of a module"):
         Experiment("inside", inside, Case, Row)
 
 
@@ -168,7 +168,7 @@ def test_a_name_that_no_file_should_have_is_refused(name: str) -> None:
 
 
 def test_two_works_of_one_name_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(StudyError, match="join their cases"):
+    with pytest.raises(StudyError, match="merge their cases into one"):
         run_batch([Work(DRAW, cases(1)), Work(DRAW, cases(2))], tmp_path)
 
 

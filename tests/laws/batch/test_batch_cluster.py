@@ -106,7 +106,7 @@ def test_a_scheduler_that_is_lost_midway_is_told_and_what_was_done_is_kept(tmp_p
             if progress.done == 2:
                 process.kill()
 
-        with pytest.raises(StudyError, match=r"was lost .* what is done is kept"):
+        with pytest.raises(StudyError, match=r"was lost .* finished trials are kept"):
             run_batch([Work(DAWDLE, cases)], tmp_path, workers_for(None, address), kill)
     heard: list[BatchProgress] = []
     run_batch([Work(DAWDLE, cases)], tmp_path, watch=heard.append)

@@ -366,7 +366,7 @@ def test_an_object_that_no_pinhole_can_hold_is_refused_with_the_limit() -> None:
         undistortion(lens, np.array([[-4000.0, 0], [np.nan, 3]]))
     with pytest.raises(CameraError, match="sees none of the object's 0 pixels"):
         undistortion(lens, np.zeros((0, 2)))
-    with pytest.raises(CameraError, match="nothing inside its picture"):
+    with pytest.raises(CameraError, match="nothing inside its image"):
         undistortion(brown((-0.3, 0.0, 0.0, 0.0), center_px=(9000.0, 0.0)))
 
 

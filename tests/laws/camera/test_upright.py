@@ -150,7 +150,7 @@ def test_a_calibration_is_of_images_as_they_are_stored(tmp_path: Path) -> None:
     known = Known(calibration=calibration)
     assert_like(first_image(film, known), scene())
     (note,) = open_recorded(parse_source(str(film)), known).notes
-    assert "asks to be turned by 180 degrees when it is shown; it is not" in note
+    assert "requests a rotation by 180 degrees for display, which is not applied" in note
 
 
 def test_a_recording_of_upside_down_photographs_is_upright(tmp_path: Path) -> None:

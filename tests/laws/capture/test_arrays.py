@@ -88,7 +88,7 @@ def test_views_and_images_that_do_not_fit_are_refused_in_words(seen: list[Captur
         fit(seen, images=images)
     with pytest.raises(ModelError, match=r"View\(camera=, .* but one is of type str"):
         fit(["eye/0000"])  # type: ignore[list-item]
-    with pytest.raises(ImageError, match="160x60 pixels, but its camera's have 160x120"):
+    with pytest.raises(ImageError, match="160x60 pixels, but its camera has 160x120"):
         views_of(native(seen)[:1], [images[0][:60]])
 
 

@@ -226,7 +226,7 @@ FILES = {
     ),
     "a size that no number holds": (
         toml("size_px = [160, 120]", f"size_px = [160, {10**400}]"),
-        r"capture\.toml: 1000000000.* is no whole number of 64 bits",
+        r"capture\.toml: 1000000000.* does not fit a 64-bit integer",
     ),
     "no camera": (toml("[[camera]]", "[camera]"), r"camera: expected a list, got a table"),
     "later version": (

@@ -225,7 +225,7 @@ def test_a_single_camera_needs_an_angle_of_view_only(tmp_path: Path) -> None:
         ("", "give focal_px, .* or fov_deg"),
         ("fov_deg = 60\nfocal_px = [50, 50]", "one of them, not both"),
         ("fov_deg = 180", "less than 180 degrees, but it is 180"),
-        ('fov_deg = 170\nmodel = "kannala_brandt"', "too little of a fisheye"),
+        ('fov_deg = 170\nmodel = "kannala_brandt"', "does not determine a fisheye"),
         (
             'fov_deg = 60\n[[camera]]\nname = "b"\nimages = "images/*.png"\nsize_px = [64, 48]\n'
             "fov_deg = 60",

@@ -113,11 +113,11 @@ def test_what_cannot_be_told_is_refused_with_what_was_looked_for(
     with pytest.raises(CaptureError, match=r"there is no .*a{300}"):
         open_any(tmp_path / ("a" * 300))
     (tmp_path / "body.json").write_text('{"version": 1, "units": "m", "ellipsoids": []}')
-    with pytest.raises(CaptureError, match=r"body\.json is a body and no capture; .* --body "):
+    with pytest.raises(CaptureError, match=r"body\.json is a body, not a capture; .* --body "):
         open_any(tmp_path / "body.json")
-    with pytest.raises(CaptureError, match="is no COLMAP model"):
+    with pytest.raises(CaptureError, match="is not a COLMAP model"):
         open_any(drawn_capture, images=tmp_path)
-    with pytest.raises(CaptureError, match="is no BOP scene"):
+    with pytest.raises(CaptureError, match="is not a BOP scene"):
         open_any(drawn_capture, bop_object=0)
 
 
@@ -211,7 +211,7 @@ def test_an_image_that_one_camera_lacks_is_named_rather_than_shifting_all_later_
     assert len(open_capture(tmp_path)) == 8
     for place in lost:
         (tmp_path / f"{place}.png").unlink()
-    with pytest.raises(CaptureError, match="camera 'left' has no '3'; put an empty file"):
+    with pytest.raises(CaptureError, match="camera 'left' has no '3'; add an empty file"):
         open_capture(tmp_path)
     for image in (tmp_path / "left").iterdir():
         image.rename(image.with_stem(f"at_{image.stem}"))

@@ -40,7 +40,7 @@ def test_a_named_pipe_in_a_capture_is_refused_and_not_waited_for(
     (drawn_capture / name).unlink()
     os.mkfifo(drawn_capture / name)
     is_capture = name == "capture.toml"
-    message = "there is no capture" if is_capture else f"{name}: it is a named pipe and no file"
+    message = "there is no capture" if is_capture else f"{name}: it is a named pipe, not a file"
     check_refused(
         servoid_command, tmp_path / "none", message,
         "model", drawn_capture, "--out", tmp_path / "body.json",
@@ -50,7 +50,7 @@ def test_a_named_pipe_in_a_capture_is_refused_and_not_waited_for(
 @pytest.mark.parametrize("kind", ["image", "body", "mesh"])
 def test_a_device_is_refused_before_it_is_read(kind: str) -> None:
     limit = FileLimit(kind, 1 << 40)
-    with pytest.raises(CaptureError, match="/dev/zero: it is a device and no file"):
+    with pytest.raises(CaptureError, match="/dev/zero: it is a device, not a file"):
         read_bytes(Path("/dev/zero"), CaptureError, limit)
 
 
@@ -63,7 +63,7 @@ def test_a_video_that_is_a_named_pipe_is_refused(
     out = tmp_path / "body.json"
     told = servoid_command("model", drawn_capture, "--out", out)
     assert (told.code, out.exists()) == (1, False)
-    assert "film.mp4: it is a named pipe and no file" in told.err
+    assert "film.mp4: it is a named pipe, not a file" in told.err
 
 
 @pytest.mark.parametrize("limit", FILE_LIMITS, ids=lambda limit: limit.what)
@@ -144,7 +144,7 @@ def test_a_capture_of_very_many_cameras_is_refused_by_their_count(
     toml.write_text(capture_toml(3000 * f"[[camera]]{one}"))
     start = time.process_time()
     check_refused(
-        servoid_command, tmp_path, "names 3000 cameras; at most 64 can be",
+        servoid_command, tmp_path, "names 3000 cameras; at most 64 are allowed",
         "model", drawn_capture, "--out", tmp_path / "body.json",
     )  # fmt: skip
     assert time.process_time() - start < 3.0

@@ -71,4 +71,4 @@ def test_one_trial_one_ellipsoid_and_one_face_are_singular(tmp_path: Path) -> No
     faces[0] = faces[0, ::-1]
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     *_, notes = close_mesh(corners, faces)
-    assert "1 of 4 faces looked the wrong way and was turned" in notes
+    assert "1 of 4 faces had the wrong orientation and was flipped" in notes

@@ -113,13 +113,13 @@ def test_fields_of_ros_1_are_read_by_their_other_names() -> None:
 @pytest.mark.parametrize(
     ("told", "is_rectified", "words"),
     [
-        ({"k": np.zeros(9)}, False, "says no focal length"),
-        ({"d": MODELS["plumb_bob"]}, True, "says nothing of rectified images: its P is zero"),
+        ({"k": np.zeros(9)}, False, "has no focal length"),
+        ({"d": MODELS["plumb_bob"]}, True, "is not valid for rectified images: its P is zero"),
         ({"d": (1.0, 2.0, 3.0)}, False, "distortion_model is 'plumb_bob' with 3 coefficients"),
         (
             {"distortion_model": "rational_polynomial", "d": (0.1,) * 12},
             False,
-            "D has 12 coefficients; servoid knows the first 8 of 'rational_polynomial'",
+            "D has 12 coefficients; servoid supports the first 8 of 'rational_polynomial'",
         ),
     ],
 )

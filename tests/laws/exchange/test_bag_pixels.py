@@ -160,7 +160,10 @@ def test_every_encoding_is_tried_here() -> None:
             message(np.zeros((4, 4), np.uint8), "nv12"),
             "encoding is 'nv12'; servoid reads mono8",
         ),
-        (message(np.zeros((4, 4), np.uint8), "rgb8"), "16 bytes with 4 a row are no rgb8 image"),
+        (
+            message(np.zeros((4, 4), np.uint8), "rgb8"),
+            "16 bytes with 4 a row are not an rgb8 image",
+        ),
         (message(np.zeros((4, 6, 3), np.uint8), "rgb8"), "6x4 pixels, but its camera has size_px"),
         (packed(b"", "jpeg"), "is empty"),
         (packed(b"hello", "jpeg"), "cannot be decoded"),
@@ -174,5 +177,5 @@ def test_an_image_that_is_none_is_refused_in_words(image: SimpleNamespace, words
 
 def test_depth_by_another_codec_is_refused_in_words() -> None:
     image = packed(bytes(40), "16UC1; compressedDepth rvl")
-    with pytest.raises(ImageError, match="of compressed depth servoid reads PNG; republish it"):
+    with pytest.raises(ImageError, match="servoid reads compressed depth as PNG; republish it"):
         depth_of(image, "/depth/compressedDepth", (4, 4), "a")

@@ -71,7 +71,7 @@ def test_gaps_of_transforms_are_told_and_observations_beyond_them_left_out(tmp_p
     assert (capture.times_s[0], capture.times_s[-1]) == (stamp(17) / 10**9, stamp(72) / 10**9)
     said = "; ".join(capture.notes)
     assert "TF from world to rig has gaps of up to 1 s; poses of 30 observations" in said
-    assert "nearest transform is taken for 6 observations" in said
+    assert "nearest transform was used for 6 observations" in said
     assert "34 of 90 observations were left out" in said
 
 
@@ -93,7 +93,7 @@ def test_cameras_that_move_against_each_other_are_refused(tmp_path: Path) -> Non
         links = [link("rig", frame, pose) for frame, pose in zip(FRAMES, poses, strict=True)]
         entries.append(tf(stamp(index), links))
     path = write_bag(tmp_path / "run.mcap", entries)
-    with pytest.raises(CaptureError, match=r"move against each other, by up to 10 mm"):
+    with pytest.raises(CaptureError, match=r"move relative to each other, by up to 10 mm"):
         open_bag(path)
     assert len(open_bag(path, ["/stereo/left/image_raw"]).cameras) == 1
 
@@ -117,7 +117,7 @@ def test_without_transforms_a_stereo_pair_is_placed_by_its_calibration(tmp_path:
     expected = Pose.from_parts([BASELINE_M, 0, 0], [1, 0, 0, 0]) @ turn
     off = raw.cameras[1].rig_from_camera.inverse() @ expected
     assert np.abs(off.log()).max() < 1e-12
-    assert any("the rig is taken to rest" in note for note in raw.notes)
+    assert any("the rig is assumed to be static" in note for note in raw.notes)
     rectified = open_bag(path, ["/left/image_rect", "/right/image_rect"])
     assert [camera.lens.focal_px for camera in rectified.cameras] == [(60.0, 60.0)] * 2
     between = rectified.cameras[0].rig_from_camera.inverse() @ rectified.cameras[1].rig_from_camera
@@ -126,5 +126,5 @@ def test_without_transforms_a_stereo_pair_is_placed_by_its_calibration(tmp_path:
 
 def test_two_cameras_of_which_nothing_says_how_they_are_placed_are_refused(tmp_path: Path) -> None:
     entries = [one for one in stereo_entries() if not one.topic.startswith("/tf")]
-    with pytest.raises(CaptureError, match=r"no TF, and no shift in P .* record /tf_static"):
+    with pytest.raises(CaptureError, match=r"no TF, and no offset in P .* record /tf_static"):
         open_bag(write_bag(tmp_path / "run.mcap", entries))

@@ -166,7 +166,9 @@ def test_a_recording_that_fails_leaves_nothing_and_keeps_what_was_there(tmp_path
     with pytest.raises(OutputError, match=r"0\.1 s is not after the one before, at 0\.133"):
         write_mcap_recording(path, capture.cameras, backwards)
     early = [replace(one, time_s=one.time_s - 1.0) for one in raw_observations(capture)]
-    with pytest.raises(OutputError, match="-1 s is before 0, which no recording of ROS can say"):
+    with pytest.raises(
+        OutputError, match="-1 s is before 0, which a ROS recording cannot represent"
+    ):
         write_mcap_recording(path, capture.cameras, early)
     with pytest.raises(OutputError, match="there is no observation to record"):
         write_mcap_recording(path, capture.cameras, [])

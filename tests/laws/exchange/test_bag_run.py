@@ -207,8 +207,8 @@ def test_a_live_run_drops_what_comes_too_fast_and_says_so(
         wait_until(lambda: not run._background.waiting)
         run.add(last)
     assert run.notes() == [
-        f"{path} lacks 2 of 5 messages that were to be written: they came faster; record to a "
-        "faster disk, or fewer images"
+        f"{path} lacks 2 of 5 messages that were to be written: writing was too slow; "
+        "use a faster disk, or record fewer images"
     ]
     found = messages_of(path)
     assert len(found["/left/image_raw"]) == 3

@@ -113,7 +113,7 @@ def test_images_are_paired_by_their_stamps_and_lone_ones_are_told(tmp_path: Path
     for index, picture in enumerate(right.pictures):
         assert picture is None or (picture.read(SIZE_PX) == pixels(2 * index + 1)).all()
     said = "; ".join(capture.notes)
-    assert "4 of 30 observations lack an image of right: none was taken then" in said
+    assert "4 of 30 observations lack an image of right: none was taken at that time" in said
     assert "images of left and right were taken 4 ms apart, at most 4 ms" in said
 
 
@@ -230,7 +230,7 @@ def test_a_bag_with_wrong_bytes_is_refused_in_words_or_read(
                 image("/image_raw", stamp(0), "a", pixels(0)),
                 info("/camera_info", stamp(0), "a", SIZE_PX, (0.0,) * 9),
             ],
-            "/camera_info says no focal length: the camera is not calibrated",
+            "/camera_info has no focal length: the camera is not calibrated",
         ),
         (
             [
@@ -259,7 +259,7 @@ def test_a_bag_with_wrong_bytes_is_refused_in_words_or_read(
                 image("/image_raw", stamp(0), "a", pixels(0)),
                 info("/camera_info", stamp(0), "a", SIZE_PX, K, model="double_sphere", d=(1, 2)),
             ],
-            "distortion_model is 'double_sphere' with 2 coefficients; servoid knows plumb_bob",
+            "distortion_model is 'double_sphere' with 2 coefficients; servoid supports plumb_bob",
         ),
         (
             [
@@ -267,7 +267,7 @@ def test_a_bag_with_wrong_bytes_is_refused_in_words_or_read(
                 info("/camera_info", stamp(0), "a", SIZE_PX, K),
                 tf(stamp(0), [("a", "b", (0, 0, 0), STILL), ("b", "a", (0, 0, 0), STILL)]),
             ],
-            "TF hangs frames on each other in a circle",
+            "the frames of TF form a cycle",
         ),
         (
             [
@@ -333,7 +333,7 @@ def test_what_is_no_bag_is_told(tmp_path: Path) -> None:
             open_bag(tmp_path / name)
     with pytest.raises(CaptureError, match=r"has no metadata\.yaml and 3 bag files; name one"):
         open_bag(tmp_path)
-    with pytest.raises(CaptureError, match="is no bag, and only in such a one topics and frames"):
+    with pytest.raises(CaptureError, match="is not a bag, and only those take topics and frames"):
         (tmp_path / "capture.toml").write_text("version = 1")
         open_any(tmp_path, topics=["/a"])
 

@@ -150,7 +150,7 @@ def test_a_scene_that_cannot_be_used_is_refused(
 @pytest.mark.parametrize("key", ["-1", "one", "../1", "1.5", "9" * 30, "٣"])
 def test_a_number_of_an_image_that_is_none_is_refused(key: str, tmp_path: Path) -> None:
     (tmp_path / "scene_camera.json").write_text(json.dumps({key: {"cam_K": K}}))
-    with pytest.raises(CaptureError, match="is no number of an image"):
+    with pytest.raises(CaptureError, match="is not an image number"):
         open_bop(tmp_path)
 
 

@@ -173,14 +173,17 @@ HEAD = "ply\nformat {}\nelement vertex {}\nproperty float x\nproperty float y\np
             "2 points, but 1 line follows",
         ),
         (HEAD.format("ascii 1.0", 1) + "end_header\n0 0\n   \n", "2 values were given, not 3"),
-        (HEAD.format("ascii 1.0", 1) + "end_header\n0 0 cup\n", "no number"),
+        (HEAD.format("ascii 1.0", 1) + "end_header\n0 0 cup\n", "is not a number"),
         (HEAD.format("ascii 1.0", 1) + f"end_header\n0 0 {'1' * 500}\n", "too long"),
-        (HEAD.format("morse 1.0", 1) + "end_header\n0 0 0\n", "names no format"),
-        (HEAD.format("ascii 1.0", 1) + "property colour c\nend_header\n0 0 0\n", "is no property"),
+        (HEAD.format("morse 1.0", 1) + "end_header\n0 0 0\n", "the header has no format"),
+        (
+            HEAD.format("ascii 1.0", 1) + "property colour c\nend_header\n0 0 0\n",
+            "is not a property",
+        ),
         (HEAD.format("ascii 1.0", 1) + "0 0 0\n", "end_header"),
         ("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", "no y, z"),
-        ("hello", "no PLY file"),
-        ("", "no PLY file"),
+        ("hello", "is not a PLY file"),
+        ("", "is not a PLY file"),
     ],
 )
 def test_bad_clouds_are_refused_in_words(tmp_path: Path, text: str, words: str) -> None:

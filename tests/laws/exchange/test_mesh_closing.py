@@ -173,7 +173,7 @@ def test_a_broken_handle_is_told() -> None:
     broken = ring[0], ring[1][np.abs(middles[:, 0]) > 0.006]
     notes = close_mesh(*broken)[2]
     assert any(
-        "face each other and were closed each for itself" in note and note.count("around (") == 1
+        "face each other and were closed separately" in note and note.count("around (") == 1
         for note in notes
     )
 

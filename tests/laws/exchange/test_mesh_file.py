@@ -81,7 +81,7 @@ def test_faces_that_look_anywhere_are_turned_outward(tmp_path: Path, seed: int) 
     assert is_closed_and_outward(mesh)
     if turned.any():
         were = "was" if turned.sum() == 1 else "were"
-        note = f"{turned.sum()} of {len(faces)} faces looked the wrong way and {were} turned"
+        note = f"{turned.sum()} of {len(faces)} faces had the wrong orientation and {were} flipped"
         assert mesh.notes == (note,)
 
 
@@ -117,7 +117,7 @@ def test_a_cavity_stays_a_cavity_and_a_part_inside_out_is_turned(tmp_path: Path)
     mesh = read_mesh(write(tmp_path / "a.ply", both.vertices, both.faces))
     expected = (1.0 - 0.125 + 1.0) * BALL.volume
     assert signed_volume(mesh.vertices, mesh.faces) == pytest.approx(expected, rel=1e-6)
-    assert mesh.notes == ("320 of 960 faces looked the wrong way and were turned",)
+    assert mesh.notes == ("320 of 960 faces had the wrong orientation and were flipped",)
 
 
 def test_degenerate_and_double_faces_and_unused_vertices_are_dropped(tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ def crossed() -> tuple[object, object]:
             crossed,
             2.0,
             r"1 edge has faces that no closed surface has there: .*; one is at \(-?[0-9.e-]+, .*"
-            "so the surface was built anew",
+            "so the surface was rebuilt",
         ),
     ],
 )
@@ -324,14 +324,14 @@ VIEW = {"buffer": 0, "byteLength": 12}
 @pytest.mark.parametrize(
     ("tree", "words"),
     [
-        ({"buffers": [{"uri": "../../secret.bin", "byteLength": 9}]}, "outside files"),
-        ({"images": [{"uri": "../../secret.png"}]}, "outside files"),
+        ({"buffers": [{"uri": "../../secret.bin", "byteLength": 9}]}, "external files"),
+        ({"images": [{"uri": "../../secret.png"}]}, "external files"),
         ({"bufferViews": [{"buffer": 0, "byteLength": HUGE}]}, "lies outside"),
         ({"bufferViews": [VIEW], "accessors": [{**ACCESSOR, "count": HUGE}]}, "promises"),
         ({"bufferViews": [VIEW], "accessors": [{**ACCESSOR, "count": -1}]}, "promises"),
         ({"accessors": [{"componentType": 5126, "type": "VEC3", "count": HUGE}]}, "sparse"),
-        ({"bufferViews": [{}]}, "no glTF"),
-        ([], "no glTF"),
+        ({"bufferViews": [{}]}, "is not glTF"),
+        ([], "is not glTF"),
         (
             {
                 "bufferViews": [VIEW],

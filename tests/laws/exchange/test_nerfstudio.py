@@ -152,8 +152,8 @@ BAD = {
     "absolute path": ({}, {"file_path": "/images/0.png"}, r"leaves the capture's folder"),
     "path of another machine": ({}, {"file_path": "C:\\images\\0.png"}, r"leaves the capture's"),
     "path that climbs": ({}, {"file_path": "images\\..\\..\\0.png"}, r"leaves the capture's"),
-    "path that no file can have": ({}, {"file_path": "images/\0.png"}, r"is no name of a file"),
-    "no path": ({}, {"file_path": "."}, r"is no name of a file"),
+    "path that no file can have": ({}, {"file_path": "images/\0.png"}, r"is not a file name"),
+    "no path": ({}, {"file_path": "."}, r"is not a file name"),
     "missing image": ({}, {"file_path": "images/7.png"}, r"frames\[0\]\.file_path: there is no"),
     "missing mask": ({}, {"mask_path": "masks/0.png"}, r"frames\[0\]\.mask_path: there is no"),
     "mask that leaves": ({}, {"mask_path": "../0.png"}, r"mask_path: .*leaves the capture's"),
@@ -187,7 +187,7 @@ def test_what_is_no_table_is_refused(text: str, tmp_path: Path) -> None:
 
 
 def test_a_file_without_images_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(CaptureError, match="names no image"):
+    with pytest.raises(CaptureError, match="has no image"):
         open_nerfstudio(write(tmp_path, []))
 
 

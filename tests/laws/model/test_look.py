@@ -91,7 +91,7 @@ def test_an_object_in_a_recording_may_move_unless_observations_are_chosen(
         ("box:10,10,90,90@eye/0099", r"names no view; the views are eye/0000, .*eye/0007"),
         ("box:10,10,90,90@nose/0001", r"names no view; the views are eye/0000"),
         ("hue:100..110", r"'hue:100\.\.110' finds the object in none of 8 views; choose a"),
-        ("hue:100..110@eye/0002", r"no pixel has such a hue; hues in the middle .* 0\.\.20"),
+        ("hue:100..110@eye/0002", r"no pixel has such a hue; hues in the centre .* 0\.\.20"),
         ("box:500,10,600,90", r"the box lies outside the image, which has u from 0 to 159"),
         ("box:0,0,159,119", r"covers the whole image, .*; draw it closer"),
         ("click:-9,4@eye/0001", r"the click lies outside the image, which has u from 0 to 159"),

@@ -39,7 +39,7 @@ def test_a_view_that_the_body_does_not_explain_is_named(
     mask[rows, np.minimum(columns + np.ptp(columns) + 2, WIDTH - 1)] = 255
     write_png(drawn_capture / "masks" / "0003.png", mask)
     told = summary_of(servoid_command, drawn_capture, "--out", tmp_path / "body.json")
-    assert "the body does not explain 1 of 8 used views: in eye/0003 its silhouette overl" in told
+    assert "the body does not fit 1 of 8 used views: in eye/0003 its silhouette overl" in told
 
 
 def test_a_body_that_explains_nothing_is_told_so() -> None:
@@ -50,7 +50,7 @@ def test_a_body_that_explains_nothing_is_told_so() -> None:
     (one,) = misfit_notes("used", names, np.array([0.99, 0.29]))
     assert "1 of 2 used views: in eye/0001 its silhouette overlaps the mask by 0.29" in one
     (alone,) = misfit_notes("used", names[:1], np.array([0.1]))[1:]
-    assert "does not explain view eye/0000" in alone
+    assert "does not fit view eye/0000" in alone
     assert misfit_notes("used", names, np.array([0.3, 0.9])) == []
     assert misfit_notes("unused", [], np.empty(0)) == []
 
@@ -116,10 +116,10 @@ def test_a_box_that_reaches_beyond_its_image_is_told(
 ) -> None:
     image = drawing.picture(drawing.world_from_cameras()[0])
     notes = seek_object(BoxTarget(*map(float, box)), image).notes
-    told = [note for note in notes if "reaches beyond the image at its" in note]
+    told = [note for note in notes if "extends beyond the image at its" in note]
     assert len(told) == bool(sides)
     if sides:
-        assert f"at its {sides}: u goes from 0 to 159 and v from 0 to 119" in told[0]
+        assert f"at its {sides}: u is from 0 to 159 and v from 0 to 119" in told[0]
 
 
 def test_a_doubt_about_a_box_that_reaches_beyond_its_image_begins_with_that(
@@ -127,7 +127,7 @@ def test_a_doubt_about_a_box_that_reaches_beyond_its_image_begins_with_that(
 ) -> None:
     monkeypatch.setattr(finding, "STEADY", 1.1)  # every target is doubtful
     image = drawing.picture(drawing.world_from_cameras()[0])
-    with pytest.raises(DoubtError, match=r"': the box reaches beyond .*; and a box moved by 3 px"):
+    with pytest.raises(DoubtError, match=r"': the box extends beyond .*; and a box moved by 3 px"):
         find_object(BoxTarget(40.0, 20.0, 120.0, 160.0), image)
     with pytest.raises(DoubtError, match="': a box moved by 3 px"):
         find_object(BoxTarget(40.0, 20.0, 120.0, 110.0), image)
@@ -137,7 +137,9 @@ def test_an_object_in_the_alpha_channel_alone_is_told(tmp_path: Path) -> None:
     pixels = np.zeros((20, 30, 4), np.uint8)
     pixels[5:10, 5:10, 3] = 255
     cv2.imwrite(str(tmp_path / "m.png"), pixels)
-    with pytest.raises(MaskError, match="the object is in its alpha channel; write that as a gr"):
+    with pytest.raises(
+        MaskError, match="the object is in its alpha channel; save that channel as a gr"
+    ):
         read_mask(tmp_path / "m.png", (30, 20))
     pixels[5:10, 5:10, 0] = 9
     cv2.imwrite(str(tmp_path / "m.png"), pixels)

@@ -52,7 +52,7 @@ def test_a_distance_is_asked_for_where_it_is_needed_and_refused_elsewhere(pair: 
     with pytest.raises(ModelError, match="leave the distance out"):
         fit_capture(open_capture(pair), distance_m=0.4)
     for distance_m in (0.0, -1.0, np.nan, np.inf):
-        with pytest.raises(ModelError, match="means nothing; give metres above 0"):
+        with pytest.raises(ModelError, match="give a positive number of metres"):
             fit_capture(left_only(pair), distance_m=distance_m)
 
 

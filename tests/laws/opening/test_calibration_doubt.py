@@ -122,7 +122,7 @@ def test_eyes_that_are_said_to_be_parallel_and_are_not_are_told(tmp_path: Path) 
     capture = write_pair(tmp_path, turned, parallel)
     said = doubt_calibration(capture, is_assumed=True)
     assert said is not None
-    assert said.startswith("the images contradict where the cameras are said to be")
+    assert said.startswith("the images contradict the poses of the cameras")
 
 
 @pytest.mark.extended

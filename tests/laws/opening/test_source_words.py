@@ -95,8 +95,8 @@ def test_several_files_are_written_in_one_word(tmp_path: Path) -> None:
         ("none.mp4", "there is no none.mp4; SOURCE is a capture .* sim:WORLD, or a rig.toml"),
         ("a.mp4+b.mp4", "there is no video a.mp4"),
         ("none/*.png", "'none/\\*.png' matches no image"),
-        ("ftp://here/film.mp4", "servoid opens no ftp:// address"),
-        ("side-by-side:sim:snail", "and sim:snail is a sim"),
+        ("ftp://here/film.mp4", "servoid cannot open ftp:// address"),
+        ("side-by-side:sim:snail", "but sim:snail is a sim"),
     ],
 )
 def test_a_word_that_names_nothing_is_refused(text: str, says: str) -> None:
@@ -115,7 +115,7 @@ def test_a_bare_video_is_a_recording_of_one_camera_at_rest(tmp_path: Path) -> No
     assert opened.capture.times_s == pytest.approx(np.arange(8) / 25.0)
     assert [len(camera.pictures), len(opened.capture)] == [8, 8]
     assert (
-        "64x48 pixels see 90 degrees from left to right, a focal length of 32 px"
+        "64x48 pixels cover 90 degrees from left to right, a focal length of 32 px"
         in (opened.notes[0])
     )
 
@@ -126,7 +126,9 @@ def test_a_video_without_any_calibration_is_refused_by_naming_what_would_do(tmp_
         open_recorded(parse_source(str(left)))
     with pytest.raises(CaptureError, match=r"give --fov.*--baseline.*--calibration"):
         open_recorded(parse_source(f"{left}+{right}"))
-    with pytest.raises(CaptureError, match=r"where its 2 cameras sit; .* or --baseline"):
+    with pytest.raises(
+        CaptureError, match=r"the poses of its 2 cameras are unknown; .* or --baseline"
+    ):
         open_recorded(parse_source(f"{left}+{right}"), Known(fov_deg=60.0))
 
 
@@ -140,7 +142,7 @@ def test_two_videos_are_two_parallel_cameras_by_a_baseline(tmp_path: Path) -> No
     assert len(opened.capture) == 8
     assert "l.avi has 1 image more than the other" in opened.notes[1]
     slow = write_video(tmp_path / "slow.avi", rate_hz=20.0)
-    with pytest.raises(CaptureError, match="25 and 20 images a second"):
+    with pytest.raises(CaptureError, match="25 and 20 images per second"):
         open_recorded(parse_source(f"{left}+{slow}"), known)
 
 
@@ -160,7 +162,7 @@ def test_the_halves_of_an_image_are_two_cameras(tmp_path: Path) -> None:
 def test_images_without_times_are_said_to_be_taken_thirty_a_second(tmp_path: Path) -> None:
     opened = open_recorded(parse_source(str(write_images(tmp_path / "i"))), Known(fov_deg=60.0))
     assert opened.capture.rate_hz == 30.0
-    assert opened.notes[1].startswith("30 images a second are assumed")
+    assert opened.notes[1].startswith("30 images per second are assumed")
 
 
 CALIBRATION = """version = 1
@@ -211,7 +213,7 @@ def test_what_a_capture_says_of_its_cameras_is_not_told_twice(tmp_path: Path) ->
         'version = 1\n[[camera]]\nname = "eye"\nimages = "images/*.png"\nsize_px = [64, 48]\n'
         "fov_deg = 50\n"
     )
-    with pytest.raises(CaptureError, match="says itself how its cameras see; leave --fov out"):
+    with pytest.raises(CaptureError, match="has its own calibration; leave --fov out"):
         open_recorded(parse_source(str(tmp_path)), Known(fov_deg=60.0))
 
 

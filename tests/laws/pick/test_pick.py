@@ -269,14 +269,14 @@ def test_a_fault_of_servoid_ends_the_wait_and_is_not_swallowed() -> None:
 
 
 def test_a_port_that_is_taken_is_told(server: PickServer) -> None:
-    with pytest.raises(OutputError, match="choose another one"):
+    with pytest.raises(OutputError, match="choose another port"):
         PickServer(Question("eye/0", picture(), seek), Client(server.address).parts.port or 0)
 
 
 def test_marks_are_read_as_targets_are() -> None:
     assert read_mark(BOX) == parse_target(BOX)
     assert read_mark("click:3,4.5") == parse_target("click:3,4.5")
-    with pytest.raises(TargetError, match="is no box and no click"):
+    with pytest.raises(TargetError, match="is neither a box nor a click"):
         read_mark("mask:a.png")
 
 

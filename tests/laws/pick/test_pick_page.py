@@ -86,7 +86,7 @@ def test_a_box_that_is_drawn_is_the_one_that_is_given_back(
     page = Page(browser, server, size)
     assert page.page.locator("#use").is_disabled()
     page.drag((228, 168), (92, 72))
-    page.says("^What is bright is taken for the object: 12 % of the image")
+    page.says("^The bright area is taken as the object: 12 % of the image")
     page.page.click("#use")
     page.says("^Done: the terminal has --target box:.*@eye/0003")
     choice = server.wait(10.0)
@@ -104,7 +104,7 @@ def test_a_click_is_the_pixel_that_was_meant(
 ) -> None:
     page = Page(browser, server, size)
     page.click(160, 120)
-    page.says("^What is bright")
+    page.says("^The bright area")
     page.page.click("#use")
     page.says("^Done")
     choice = server.wait(10.0)
@@ -117,7 +117,7 @@ def test_a_click_is_the_pixel_that_was_meant(
 def test_nothing_is_given_back_that_was_not_shown(browser: Any, server: PickServer) -> None:
     page = Page(browser, server, DESK)
     page.click(160, 120)
-    page.says("^What is bright")
+    page.says("^The bright area")
     page.page.fill("#target", "click:5,5")
     assert page.page.locator("#use").is_disabled()
     page.page.click("#again")
@@ -137,7 +137,7 @@ def test_a_mark_can_be_typed_and_what_is_wrong_with_it_is_said(
     assert page.page.locator("#use").is_disabled()
     page.page.fill("#target", "box:92,72,228,168")
     page.page.keyboard.press("Enter")
-    page.says("^What is bright")
+    page.says("^The bright area")
     page.page.close()
 
 

@@ -84,7 +84,7 @@ def test_two_films_are_a_pair_if_it_is_told_how_far_they_are_apart(tmp_path: Pat
     films = [write_film(tmp_path / f"{name}.avi", blank(4)) for name in ("l", "r")]
     text = f"{films[0]}+{films[1]}"
     alone, pair = filmed(text), filmed(text, baseline_m=BASELINE_M)
-    assert alone.partner is None and "--baseline or --calibration does" in alone.notes[0]
+    assert alone.partner is None and "--baseline or --calibration to get metres" in alone.notes[0]
     assert pair.partner is not None and pair.partner.metres == BASELINE_M
     assert pair.lens is None and not pair.notes
     assert levels(pair, ["0002"]) == pytest.approx([40], abs=2)

@@ -155,7 +155,7 @@ def test_a_mask_that_is_only_a_line_is_refused(tmp_path: Path) -> None:
     disc = np.ones((5, 5), np.uint8)
     rim = mask - np.asarray(cv2.erode(mask, disc))
     write_png(tmp_path / "rim.png", rim)
-    with pytest.raises(DoubtError, match=r"line and no area.*covers the object"):
+    with pytest.raises(DoubtError, match=r"line, not an area.*covers the object"):
         find_object(MaskTarget(tmp_path / "rim.png"), image)
     assert np.array_equal(find_object(MaskTarget(tmp_path / "rim.png"), image, trusted=True), rim)
 

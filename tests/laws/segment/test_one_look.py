@@ -153,7 +153,7 @@ def test_of_a_recording_only_the_instant_with_the_mask_is_used(
         "model", folder, "--out", tmp_path / "no.json", "--observations", "7:"
     )
     assert outcome.code == 1
-    assert re.search(r"holds none of the 3; choose among 0 to 2", outcome.err), outcome.err
+    assert re.search(r"selects none of the 3; choose among 0 to 2", outcome.err), outcome.err
 
 
 @pytest.mark.extended

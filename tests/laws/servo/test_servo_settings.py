@@ -53,7 +53,7 @@ def test_what_a_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
     ("text", "says"),
     [
         ("[hand]\ngain = 1", r"run.toml, line 2, hand: unknown key 'gain'; known keys: position_g"),
-        ("[target]\noddness = 9", r"unknown key 'oddness', which is called 'nis_gate' now; known"),
+        ("[target]\noddness = 9", r"unknown key 'oddness', which is now called 'nis_gate'; known"),
         ("[hand]\nposition_gain = 0", r"hand.position_gain: expected a number > 0"),
         ("[joints]\nspeed_share = 1.5", r"joints.speed_share: expected a number <= 1"),
         ("[joints]\nlaw = 'fast'", r"joints.law: invalid enum value 'fast'; choose one of qp, pap"),

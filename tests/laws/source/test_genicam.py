@@ -66,7 +66,9 @@ def test_a_gige_camera_is_listed_by_the_name_that_opens_it(tmp_path: Path) -> No
         (found,) = [one for one in list_genicam() if one.name.endswith(SERIAL)]
         assert "serial number S1, GigEVision at 127.0.0.1" in found.said
         GenicamVideo(found.name).release()
-        with pytest.raises(CaptureError, match=rf"no camera opens as genicam:lost.*{found.name}"):
+        with pytest.raises(
+            CaptureError, match=rf"no camera can be opened as genicam:lost.*{found.name}"
+        ):
             GenicamVideo("lost")
 
 
@@ -113,7 +115,7 @@ def test_a_camera_that_another_program_holds_is_refused_and_not_disturbed(tmp_pa
         video = GenicamVideo(ADDRESS)
         assert delivered(video, 3)
         other = subprocess.run([sys.executable, "-c", call], capture_output=True, text=True)
-        assert f"CaptureError: genicam:{ADDRESS} is held by another program" in other.stderr
+        assert f"CaptureError: genicam:{ADDRESS} is in use by another program" in other.stderr
         assert not [notice for one in delivered(video, 10) for notice in one.notices[1:]]
         video.release()
 

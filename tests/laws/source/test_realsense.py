@@ -178,7 +178,7 @@ def test_what_cannot_be_opened_is_refused_in_words(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match=r"no RealSense camera plugged in"):
         RealSenseVideo()
     (tmp_path / "text.db3").write_text("no recording")
-    with pytest.raises(CaptureError, match=r"text\.db3 is no recording that librealsense can"):
+    with pytest.raises(CaptureError, match=r"text\.db3 is not a recording that librealsense can"):
         RealSenseVideo(str(tmp_path / "text.db3"))
     assert list_realsense() == ()
 

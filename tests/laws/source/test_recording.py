@@ -61,7 +61,7 @@ def test_a_recording_plays_at_its_own_times_where_it_knows_them(tmp_path: Path) 
 
 def test_a_recording_without_times_must_be_told_its_rate(tmp_path: Path) -> None:
     capture = write_capture(tmp_path, 3, rate="")
-    with pytest.raises(CaptureError, match="knows no times and no rate"):
+    with pytest.raises(CaptureError, match="has neither times nor a rate"):
         Recording(capture, FakeClock())
     assert Recording(capture, FakeClock(), rate_hz=10.0).newest() is not None
 

@@ -46,7 +46,7 @@ def test_a_pair_of_a_rigs_file_says_itself_how_it_sees(
     ("old", "new", "says"),
     [
         ("rig_from_left", "# rig_from_left", "pair 'head': rig_from_left is missing"),
-        ("realsense:123", "0", "a pair that knows how it sees is realsense:SERIAL"),
+        ("realsense:123", "0", "a pair with a calibration of its own is realsense:SERIAL"),
         ("[[1,0,0,0.5]", "[[2,0,0,0.5]", "pair 'head', rig_from_left"),
     ],
 )

@@ -128,7 +128,7 @@ def test_the_same_pair_gives_the_same_bits_on_any_thread_count() -> None:
 
 def test_a_pair_from_one_place_is_refused() -> None:
     image, _ = draw(CAMERA, Pose.identity())
-    with pytest.raises(CameraError, match="same place"):
+    with pytest.raises(CameraError, match="same position"):
         stereo_depth(image, image, CAMERA, CAMERA, Pose.identity())
 
 

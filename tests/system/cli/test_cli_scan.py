@@ -27,7 +27,7 @@ def test_the_command_says_how_sure_it_is(tmp_path: Path, servoid_command: Comman
 
 def test_a_wrong_scale_is_a_wrong_option(tmp_path: Path, servoid_command: Command) -> None:
     done = servoid_command("scan", tmp_path, "--out", tmp_path / "out", "--length", "x")
-    assert done.code == 2 and "is no length" in done.err
+    assert done.code == 2 and "is not a length" in done.err
 
 
 @pytest.mark.extended

@@ -234,7 +234,7 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "a body to another kind": ((*BARE, "--save-body", "a.toml"), r"a body ends in \.json"),
     "no pose and no mask": ((*BARE, "--observations", "1:"), "nothing says where 'cup' is in obs"),
     "no observations": ((*BARE, "--observations", "9:"), "holds none of the 5"),
-    "no mask and no target": (("--observations", "1:"), "nothing says where the object is"),
+    "no mask and no target": (("--observations", "1:"), "nothing marks the object"),
 }
 
 
@@ -291,7 +291,7 @@ def test_a_capture_that_is_not_there_is_named(folder: Path, servoid_command: Com
     (folder / "film.mp4").write_bytes(b"\0\1\2\3")
     outcome = servoid_command("track", folder / "film.mp4", *CUP)
     assert outcome.code == 1
-    assert re.search(r"film\.mp4 is no video: it begins like no MP4", outcome.err)
+    assert re.search(r"film\.mp4 is not a video: it does not begin like an MP4", outcome.err)
 
 
 @pytest.mark.usefixtures("folder")

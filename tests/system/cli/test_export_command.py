@@ -68,8 +68,8 @@ def test_the_help_names_every_format_and_the_defaults(servoid_command: Command) 
     ("arguments", "message"),
     [
         (["--to", "stl", "--out", "b.stl"], "there is no format 'stl'; choose one of obj, ply"),
-        (["--out", "b.stl"], "the ending of b.stl tells no format; end the name in .glb"),
-        (["--out", "b"], "the ending of b tells no format"),
+        (["--out", "b.stl"], "the ending of b.stl belongs to no format; end the name in .glb"),
+        (["--out", "b"], "the ending of b belongs to no format"),
         (["--to", "mjcf", "--out", "b.obj"], "such a file ends in .xml or .mjcf"),
         (["--to", "splat", "--out", "b.xml"], "such a file ends in .ply"),
         (["--out", "no/b.xml"], "there is no folder"),

@@ -71,7 +71,7 @@ def test_topics_and_the_world_are_chosen(
     wrong = servoid_command("track", "run.bag", *CUP, "--topic", "/left")
     assert wrong.code == 1 and "holds no images on '/left'" in flat(wrong.err)
     wrong = servoid_command("track", "video", *CUP, "--world", "rig")
-    assert wrong.code == 1 and "is no bag" in flat(wrong.err)
+    assert wrong.code == 1 and "is not a bag" in flat(wrong.err)
 
 
 def test_what_cannot_be_recorded_is_told_before_the_work(
@@ -107,4 +107,4 @@ def test_a_bag_is_modelled_as_any_capture(servoid_command: Command) -> None:
     wrong = servoid_command(*asked)
     assert wrong.code == 1 and "holds no images on '/left'" in flat(wrong.err)
     wrong = servoid_command("model", "run.bag", "--out", "body.json")
-    assert wrong.code == 1 and "nothing says where the object is" in flat(wrong.err)
+    assert wrong.code == 1 and "nothing marks the object" in flat(wrong.err)

@@ -205,7 +205,7 @@ def test_without_a_body_the_first_observation_is_modelled_and_tracked_from_there
     )
     assert seen < 0.02
     assert result.colors is not None and len(result.colors) == len(result.body)
-    with pytest.raises(TargetError, match="nothing says where the object is"):
+    with pytest.raises(TargetError, match="nothing marks the object"):
         track_capture(open_capture(video), request=Request(observations=slice(1, None)))
 
 

@@ -1,4 +1,4 @@
-"""What a fitness map is made of, and what is kept of it."""
+"""The inputs and the results of a fitness map."""
 
 from enum import Enum
 from typing import Annotated
@@ -11,7 +11,7 @@ from servoid_experiments.paper.maps.ridges import Ridge
 
 
 class Fitness(Enum):
-    """A way to say what a pose is worth."""
+    """A fitness function for a pose."""
 
     POINTS = "points"
     REGION = "region"
@@ -21,7 +21,7 @@ class Fitness(Enum):
 
 
 class MapTrial(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How a map is made."""
+    """The settings of a map."""
 
     pair: PairSettings = PairSettings()
     place: Annotated[
@@ -48,7 +48,7 @@ class MapTrial(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class MapCase(msgspec.Struct, frozen=True, kw_only=True):
-    """An object before the eyes; `whole` asks for the map of the box, too."""
+    """An object before the eyes; `whole` requests the map of the box, too."""
 
     object_name: str
     eyes: EyeMode
@@ -58,16 +58,16 @@ class MapCase(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def title(self) -> str:
-        """Return the object and the eyes in words."""
+        """Describe the object and the eyes in words."""
         return f"{self.object_name.replace('_', ' ')}, {self.eyes.value} eyes"
 
 
 class FitnessRow(msgspec.Struct, frozen=True, kw_only=True):
-    """What was found of one fitness.
+    """The results for one fitness.
 
-    `xy`, `yz` and `xz` are the best over the third axis; in them the first axis runs fastest.
-    `crest` is the best at each depth along the ridge. All three and the floor are None or empty
-    where the box was not asked for.
+    `xy`, `yz` and `xz` are the maxima over the third axis; in them the first axis varies fastest.
+    `crest` is the maximum at each depth along the ridge. All three and the floor are None or empty
+    where the box was not requested.
     """
 
     fitness: Fitness
@@ -82,10 +82,11 @@ class FitnessRow(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
-    """What servoid's tracker says with one kind of evidence or both.
+    """The estimate of servoid's tracker with one kind of evidence or both.
 
-    `error` is that of its place in the hand's frame in m, None where it does not find the object;
-    `sigma_z` is its own standard deviation of z in m with the turn known, as in the map.
+    `error` is that of its position in the hand's frame in m, None where it does not find the
+    object; `sigma_z` is its reported standard deviation of z in m for a known rotation, as in the
+    map.
     """
 
     fitness: Fitness
@@ -94,7 +95,7 @@ class Answer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class MapRow(msgspec.Struct, frozen=True, kw_only=True):
-    """What was found in one stereo pair.
+    """The results for one stereo pair.
 
     `depths` are those of the profiles, relative to the true one in m; `crest_depths` those of the
     crests. `answers` are by region, by surface and by both. Seconds are not reproducible.

@@ -1,4 +1,4 @@
-"""Pictures of fitness maps: the three planes of Fig. 8, and the ridges along z."""
+"""Draws fitness maps: the three planes of Fig. 8, and the ridges along z."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -89,7 +89,7 @@ def draw_ridges(rows: Sequence[tuple[MapCase, MapRow]], file: Path) -> None:
 
 
 def _likelihood(panel: "Axes", row: MapRow) -> None:
-    """Draw how likely servoid's answer holds each depth, by its own deviation."""
+    """Draw the likelihood of each depth in servoid's estimate, by its own deviation."""
     sigmas = [one.sigma_z for one in row.answers if one.fitness is Fitness.FULL]
     if not sigmas or sigmas[0] is None:
         return
@@ -108,7 +108,7 @@ def _likelihood(panel: "Axes", row: MapRow) -> None:
 def _plane(
     panel: "Axes", case: MapCase, one: FitnessRow, plane: tuple[str, int, int]
 ) -> "AxesImage":
-    """Draw one plane: shades from 0 to the peak, a line at 90 % of it, and the true place."""
+    """Draw one plane: shades from 0 to the peak, a line at 90 % of it, and the true position."""
     name, across, up = plane
     axes = Places(case.trial).axes
     right, above = _MM * axes[across], _MM * axes[up]

@@ -1,4 +1,4 @@
-"""Section 5.1, Fig. 8: what poses all around the true one are worth, by each fitness."""
+"""Section 5.1, Fig. 8: the fitness of poses around the true one, by each fitness function."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ from servoid_experiments.paper.maps.places import Places
 from servoid_experiments.paper.maps.ridges import Floats, Ridge, peak_of, width_at_share
 
 FINEST, COARSEST = 0, 2  # resolutions of the surface points
-_BESIDE = 0.005  # along each axis, where servoid begins to seek
+_BESIDE = 0.005  # along each axis: the offset at which servoid starts its search
 _ALL = tuple(Fitness)
 _OF_THE_BOX = (Fitness.POINTS, Fitness.REGION, Fitness.SURFACE, Fitness.FULL)
 _ANSWERING = (Fitness.REGION, Fitness.SURFACE, Fitness.FULL)
@@ -23,9 +23,9 @@ Score = Callable[[Floats, Sequence[Fitness]], dict[Fitness, Floats]]
 
 
 def run_fitness_map(case: MapCase) -> MapRow:
-    """Draw a stereo pair and score poses around the truth with each fitness.
+    """Render a stereo pair and score poses around the truth with each fitness.
 
-    The surface's look is learned in another pair, with the object elsewhere and turned.
+    The surface's appearance is learned in another pair, with the object at another pose.
     """
     taught = _seen(case, _taught_pose(case), 1)
     pair = _seen(case, Pose.from_parts(case.trial.place, [1.0, 0.0, 0.0, 0.0]), 0)
@@ -54,7 +54,7 @@ FITNESS_MAP = Experiment("fitness_map", run_fitness_map, MapCase, MapRow)
 
 
 def _seen(case: MapCase, hand_from_object: Pose, number: int) -> EyePair:
-    """Draw a pair; from the second seed on, the light differs, too."""
+    """Render a pair; from the second seed on, the light differs, too."""
     random = np.random.default_rng([case.seed, number])
     usual = Moment(case.object_name, hand_from_object, paper_hand(), case.eyes, 0)
     change = 1.0 if case.seed else 0.0
@@ -81,7 +81,7 @@ def _taught_pose(case: MapCase) -> Pose:
 
 
 def _taught(case: MapCase, pair: EyePair, by: Fitness = Fitness.FULL) -> Tracker:
-    """Return a tracker that learned the object's look, by one kind of evidence or by both."""
+    """Return a tracker that learned the object's appearance, by one kind of evidence or both."""
     body = true_body(case.object_name, pair.world_from_object)
     settings = TrackSettings(
         seed=case.seed,
@@ -95,7 +95,7 @@ def _taught(case: MapCase, pair: EyePair, by: Fitness = Fitness.FULL) -> Tracker
 
 
 def _matches(taught: EyePair, pair: EyePair) -> list[View]:
-    """Return which pixels match: by the hue window, or the true mask of what has not one hue."""
+    """Return which pixels match the hue window; for an object of several hues, the true mask."""
     try:
         window = hue_window(taught.images[0], taught.masks[0])
         masks = [match_image(image, *window) for image in pair.images]
@@ -108,7 +108,7 @@ def _matches(taught: EyePair, pair: EyePair) -> list[View]:
 
 
 def _scorer(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> Score:
-    """Return what scores places (N, 3) in the hand's frame with every fitness."""
+    """Return a function that scores positions (N, 3) in the hand's frame with every fitness."""
     views = _matches(taught, pair)
     body = true_body(case.object_name, pair.world_from_object)
     settings = _paper_settings(case)
@@ -136,7 +136,7 @@ def _paper_settings(case: MapCase) -> PaperSettings:
 
 
 def _poses(places: Floats) -> Floats:
-    """Return places in the hand's frame as poses (N, 7) in the world, turned as the hand is."""
+    """Convert positions in the hand's frame to poses (N, 7) in the world, rotated like the hand."""
     hand = paper_hand()
     turns = np.tile(hand.quaternion, (len(places), 1))
     return np.hstack([turns, hand.transform(np.ascontiguousarray(places))])
@@ -192,7 +192,7 @@ def _fitness_row(
 
 
 def _seconds(case: MapCase, taught: EyePair, pair: EyePair, places: Places) -> tuple[float, float]:
-    """Measure how long the box takes with the points and with the region, on one thread."""
+    """Measure the time for the box with the points and with the region, on one thread."""
     poses = _poses(places.box())
     region = _taught(case, taught, Fitness.REGION)
     views = _matches(taught, pair)
@@ -205,7 +205,7 @@ def _seconds(case: MapCase, taught: EyePair, pair: EyePair, places: Places) -> t
 
 
 def _answer(case: MapCase, by: Fitness, taught: EyePair, pair: EyePair) -> Answer:
-    """Return what servoid's tracker says, sought from a few millimetres beside."""
+    """Return the estimate of servoid's tracker, started a few millimetres from the truth."""
     near = paper_hand() @ Pose.from_parts(
         np.add(case.trial.place, _BESIDE).tolist(), [1.0, 0.0, 0.0, 0.0]
     )

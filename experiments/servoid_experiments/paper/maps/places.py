@@ -1,4 +1,4 @@
-"""Where the object is supposed, to see what each fitness says of it."""
+"""The assumed positions of the object at which each fitness is evaluated."""
 
 from collections.abc import Iterator
 
@@ -13,7 +13,7 @@ _PEAK_REACH, _PEAK_STEP, _PEAK_ASIDE = 0.015, 0.0005, 0.001
 
 
 class Places:
-    """Positions in the hand's frame at which the object is supposed, as rows (N, 3)."""
+    """Assumed positions of the object in the hand's frame, as rows (N, 3)."""
 
     def __init__(self, trial: MapTrial) -> None:
         self.truth = np.array(trial.place)
@@ -40,7 +40,7 @@ class Places:
             yield line
 
     def _around(self, depths: Floats, aside: float, step: float) -> Floats:
-        """Return places around the line of sight through the truth, depth by depth."""
+        """Return positions around the line of sight through the truth, depth by depth."""
         count = round(aside / step)
         off = step * np.arange(-count, count + 1)
         beside = np.stack([*np.meshgrid(off, off, indexing="ij"), np.zeros((len(off),) * 2)], -1)

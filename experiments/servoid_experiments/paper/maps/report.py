@@ -18,7 +18,7 @@ from servoid_experiments.paper.maps.fitness_map import FITNESS_MAP
 from servoid_experiments.report import Cell, Finding, Picture, Section, Table, Verdict
 from servoid_experiments.stats import Spread, spread_of
 
-_QUARTER = 0.25  # of the points' width was aimed at
+_QUARTER = 0.25  # of the points' width was the target
 _MM = 1e3
 _AT_SHARE = 2.0 * float(np.sqrt(2.0 * np.log(1.0 / 0.9)))
 """Width of a normal likelihood at 90 % of its peak, in standard deviations."""
@@ -54,7 +54,7 @@ QUICK_MAP = MapSettings(
 
 
 def map_work(settings: MapSettings) -> Work:
-    """Return the pairs to score: a whole map of each object and eyes, and ridges of more seeds."""
+    """Return the pairs to score: a whole map of each object and eyes, and ridges for more seeds."""
     cases = [
         MapCase(object_name=name, eyes=eyes, seed=seed, whole=seed == 0, trial=settings.trial)
         for name in settings.objects
@@ -72,7 +72,7 @@ def map_work(settings: MapSettings) -> Work:
 
 @dataclass(frozen=True)
 class _Pairs:
-    """All pairs of an object before eyes that look in one way, with a trial that may be varied."""
+    """All pairs of an object and one direction of the eyes, with a trial that may be varied."""
 
     variant: str
     object_name: str
@@ -82,17 +82,17 @@ class _Pairs:
     def fitness(
         self, fitness: Fitness, take: Callable[[FitnessRow], float | None]
     ) -> Spread | None:
-        """Return how a figure of one fitness is spread."""
+        """Return the statistics of a figure of one fitness."""
         found = [one for row in self.rows for one in row.fitnesses if one.fitness is fitness]
         return spread_of(take(one) for one in found)
 
     def sigma(self, fitness: Fitness) -> Spread | None:
-        """Return the answers' own standard deviation of z, in m."""
+        """Return the standard deviations of z that the estimates report, in m."""
         return spread_of(one.sigma_z for row in self.rows for one in row.answers
                          if one.fitness is fitness)  # fmt: skip
 
     def error(self, fitness: Fitness, axis: int) -> Spread | None:
-        """Return by how much the answers are off along an axis, in m."""
+        """Return the errors of the estimates along an axis, in m."""
         answers = [one.error for row in self.rows for one in row.answers if one.fitness is fitness]
         return spread_of(None if error is None else abs(error[axis]) for error in answers)
 
@@ -178,7 +178,7 @@ def _half(spread: Spread | None) -> float | None:
 
 
 def _findings(pairs: Sequence[_Pairs]) -> tuple[Finding, ...]:
-    """Compare the place of the peaks, and the widths of the ridges, with what the paper says."""
+    """Compare the positions of the peaks, and the widths of the ridges, with the paper's claims."""
     off = [
         float(np.abs(one.map_peak).max())
         for kind in pairs

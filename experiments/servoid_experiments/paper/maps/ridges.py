@@ -1,4 +1,4 @@
-"""How wide the top of a fitness is: where it stays above a share of its peak."""
+"""The width of a fitness's peak: where it is above a share of its maximum."""
 
 import msgspec
 import numpy as np
@@ -10,13 +10,13 @@ SHARE = 0.9
 
 
 class Ridge(msgspec.Struct, frozen=True, kw_only=True):
-    """Where the fitness stays above 90 % of its peak, in metres.
+    """Where the fitness is above 90 % of its peak, in metres.
 
     `along` are straight lines through the peak, along x, y and z. `crest` is along z, with the best
     x and y at each depth: the ridge itself, which follows the line of sight. `crest_from_floor` is
-    the same where the share is counted from the lowest value of the whole map and not from 0.
-    `peak` is where the fitness is highest, relative to the true place. A width is None where the
-    fitness is not above 0 or the ridge leaves the range that was looked at.
+    the same with the share counted from the lowest value of the whole map instead of from 0. `peak`
+    is the position of the maximum relative to the true one. A width is None where the fitness is
+    not above 0 or the ridge leaves the evaluated range.
     """
 
     along: list[float | None]
@@ -29,10 +29,10 @@ class Ridge(msgspec.Struct, frozen=True, kw_only=True):
 def width_at_share(
     places: Floats, values: Floats, floor: float = 0.0, share: float = SHARE
 ) -> float | None:
-    """Return how long the values (N,) stay above a share of their peak, around it, in metres.
+    """Return the length over which values (N,) stay above a share of their peak, in metres.
 
-    The share is counted from `floor`; between places (N,) the values are joined by straight lines.
-    None if the peak is not above the floor, or if the values are still above at an end.
+    The share is counted from `floor`; between positions (N,) the values are interpolated linearly.
+    None if the peak is not above the floor, or if the values are still above the share at an end.
     """
     top = int(np.argmax(values))
     least = floor + share * (values[top] - floor)
@@ -52,9 +52,9 @@ def width_at_share(
 
 
 def peak_of(places: Floats, values: Floats) -> float:
-    """Return where the values (N,) over even places (N,) are highest.
+    """Return where the values (N,) over even positions (N,) are highest.
 
-    It is the middle of what is within 1 % of the peak: the luck of one place does not move it far.
+    It is the mean of the positions within 1 % of the peak, so that noise at one hardly moves it.
     """
     best = float(values.max())
     high = values >= best - 0.01 * abs(best)

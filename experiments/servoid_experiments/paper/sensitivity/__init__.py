@@ -1,1 +1,1 @@
-"""Which of the constants that the paper leaves out matter."""
+"""The sensitivity to the constants that the paper does not state."""

@@ -1,4 +1,4 @@
-"""Which of the constants that the paper leaves out matter: each is changed alone."""
+"""The sensitivity to the constants that the paper does not state: each is changed alone."""
 
 from typing import Annotated, Any
 
@@ -16,9 +16,9 @@ from servoid_experiments.paper.servoing.settings import (
 from servoid_experiments.paper.servoing.trial import ServoingCase, ServoingRow, run_servoing
 
 BASE = "as assumed"
-_FIXED = ("Eq", "Sec", "Title")  # what the paper says is not changed
+_FIXED = ("Eq", "Sec", "Title")  # constants that the paper states are not changed
 
-# Runs to nothing of their own: the base's numbers are not those of another study's batch.
+# Runs with a number of their own: those of the base are not shared with another study's batch.
 SENSITIVITY = Experiment("sensitivity", run_servoing, ServoingCase, ServoingRow)
 
 
@@ -76,12 +76,12 @@ class Change(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def name(self) -> str:
-        """Return what the runs of this change are called."""
+        """Return the name of the runs with this change."""
         return f"{self.constant} = {self.written}"
 
 
 def changes(settings: SensitivitySettings, given: Constants) -> list[Change]:
-    """List the changes of all constants that the paper does not give."""
+    """List the changes of all constants that the paper does not state."""
     found, shapes = [], {one.radii: one.name for one in settings.shapes}
     for name, _, _, source in constants(given):
         if source.startswith(_FIXED) or name in settings.left_out:
@@ -91,7 +91,7 @@ def changes(settings: SensitivitySettings, given: Constants) -> list[Change]:
             try:
                 with_constant(given, name, value)
             except msgspec.ValidationError:
-                continue  # twice a share may be more than a share can be
+                continue  # twice a share may exceed its maximum
             written = shapes.get(value, _written(value))
             found.append(Change(constant=name, value=value, written=written))
     return found

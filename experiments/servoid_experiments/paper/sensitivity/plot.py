@@ -1,4 +1,4 @@
-"""A tornado plot: how far a figure goes when one constant after another is changed."""
+"""A tornado plot: the change of a figure when each constant is changed alone."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST = 12  # constants that are drawn for a figure
+_MOST = 12  # constants drawn for a figure
 _BAND = "#e4e0d8"
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What came of a constant's other values: a name for each, and the figure with it.
+    """The effect of a constant's other values: a name for each, and the figure with it.
 
-    `greatest` is the greatest change of the figure, and `clear` says whether it is more than runs
-    with other seeds differ.
+    `greatest` is the largest change of the figure, and `clear` is whether it exceeds the
+    differences between runs with other seeds.
     """
 
     constant: str
@@ -45,9 +45,9 @@ def draw_tornado(
     file: Path,
     caption: str,
 ) -> Picture:
-    """Draw a panel for each figure, the first effects above, and write all of them as CSV.
+    """Draw a panel for each figure, the first effects at the top, and write all of them as CSV.
 
-    `middles` are the figures as assumed, and how far single runs are from them by chance.
+    `middles` are the figures with the assumed constants, and the random deviation of single runs.
 
     Raises:
         OutputError: a file cannot be written.
@@ -73,10 +73,10 @@ def draw_tornado(
 
 
 def _draw_effects(axes: "Axes", few: Sequence[Effect], middle: float, band: float) -> None:
-    """Draw a row of bars from the middle for each constant."""
+    """Draw a row of bars from the centre for each constant."""
     axes.axvspan(middle - band, middle + band, color=_BAND, linewidth=0)
     for row, one in enumerate(few):
-        # Where both bars point to one side, both are to be seen.
+        # If both bars point to one side, both must be visible.
         height = 0.8 / len(one.values)
         for place, (_, value) in enumerate(one.values):
             axes.barh(
@@ -96,7 +96,7 @@ def _draw_effects(axes: "Axes", few: Sequence[Effect], middle: float, band: floa
 
 
 def _explain(figure: "Figure") -> None:
-    """Say below a figure which colour belongs to which value."""
+    """Add a legend below a figure with the colour of each value."""
     from matplotlib.patches import Patch
 
     labels = ("first value in brackets", "second", "third")

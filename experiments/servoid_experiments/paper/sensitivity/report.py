@@ -29,7 +29,7 @@ MEASURES: dict[str, Take] = {
 def sensitivity_sections(
     settings: SensitivitySettings, given: Constants, results: Results, folder: Path
 ) -> list[Section]:
-    """Draw what each changed constant does to the hand's lag and to the recognised z, and list it.
+    """Draw and list the effect of each changed constant on the hand's lag and the recognised z.
 
     Raises:
         OutputError: a picture cannot be written.
@@ -74,7 +74,7 @@ def _rows(results: Results, name: str) -> list[ServoingRow]:
 def _changed(
     settings: SensitivitySettings, given: Constants, results: Results, take: Take
 ) -> list[Effect]:
-    """Return what each constant's change does to a figure, the greatest effect first."""
+    """Return the effect of each constant's change on a figure, the largest first."""
     base = over(_rows(results, BASE), take)
     now = {name: value for name, value, _, _ in constants(given)}
     values: dict[str, list[tuple[str, float]]] = {}
@@ -90,7 +90,7 @@ def _changed(
 
 
 def _holds_table(settings: SensitivitySettings, given: Constants, results: Results) -> Table:
-    """Count the runs with another value in which the paper's findings hold."""
+    """Count the runs with another value in which the paper's findings still hold."""
     rows: Sequence[ServoingRow] = [
         row for one in changes(settings, given) for row in _rows(results, one.name)
     ]

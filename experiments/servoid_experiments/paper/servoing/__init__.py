@@ -1,1 +1,1 @@
-"""The servoing of Section 5.3, Figs. 10 and 11, what changes it, and the future work it names."""
+"""The servoing of Section 5.3, Figs. 10 and 11, with changes, and the paper's future work."""

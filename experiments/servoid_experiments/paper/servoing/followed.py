@@ -1,4 +1,4 @@
-"""How well an object that swings was recognised and followed, by whole periods of its swing."""
+"""Measures how well a swinging object was recognised and followed, over whole periods."""
 
 import math
 from collections.abc import Sequence
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
-_KEPT_S = 1.0 / 16.0  # between two moments of a time course that are kept
+_KEPT_S = 1.0 / 16.0  # between two recorded instants of a time course
 _AXES = "xyz"
 
 
 @dataclass(frozen=True)
 class Response:
-    """Amplitude ratio and phase lag in degrees of what follows; positive: it is late."""
+    """Amplitude ratio and phase lag in degrees of a follower; positive: it is late."""
 
     gain: float
     lag_deg: float
@@ -26,7 +26,7 @@ class Response:
 def swing(times: Floats, values: Floats, omega: float) -> complex:
     """Return the complex amplitude of values (N,) at times (N,): Re(c exp(i omega t)) + offset.
 
-    It is that of least squares; `omega` is in rad/s.
+    It is the least-squares fit; `omega` is in rad/s.
     """
     turns = omega * times
     shape = np.stack([np.ones_like(times), np.cos(turns), np.sin(turns)], axis=1)
@@ -35,7 +35,7 @@ def swing(times: Floats, values: Floats, omega: float) -> complex:
 
 
 def unswung(times: Floats, values: Floats, omega: float) -> Floats:
-    """Return what is left of values (N,) without offset and swing."""
+    """Return the residual of values (N,) without offset and swing."""
     part = swing(times, values, omega)
     left = values - (part * np.exp(1j * omega * times)).real
     return left - left.mean()
@@ -50,9 +50,9 @@ def response(times: Floats, follower: Floats, followed: Floats, omega: float) ->
 class Courses(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Time courses, in metres along the object's axes at its start; its start is the origin.
 
-    `seconds` are those since the object's path began, at which images were exposed. `hand` is
-    counted from where the hand should be at the start, so that it goes with the target if it
-    follows without an error. `seen` is where the object was recognised at that moment.
+    `seconds` are counted from the start of the object's path, at which images were exposed. `hand`
+    is relative to the hand's goal at the start, so that it equals the target if it follows without
+    an error. `seen` is the recognised position of the object at that instant.
     """
 
     seconds: list[float]
@@ -74,10 +74,10 @@ class Courses(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 class Followed(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Figures of whole periods of the swing, lengths in metres, triples along x, y and z.
 
-    `gain` and `lag_deg` are amplitude ratio and phase lag in x against the object itself.
-    `hand_jitter` is the standard deviation of what is left of the hand's course without its
-    offset and swing; `seen_spread` is that of the recognition's error and `seen_worst` its greatest
-    magnitude. `x_by_z` correlates the recognition's errors in x and in z.
+    `gain` and `lag_deg` are amplitude ratio and phase lag in x relative to the object itself.
+    `hand_jitter` is the standard deviation of the residual of the hand's course without its offset
+    and swing. `seen_spread` is that of the recognition's error and `seen_worst` its largest
+    magnitude. `x_by_z` is the correlation of the recognition's errors in x and in z.
     """
 
     hand_gain: float
@@ -97,7 +97,7 @@ class Followed(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """What happened at the moments of the images, (N,) in seconds: places in M0, (N, 3) each."""
+    """Positions in M0, (N, 3) each, at the times of the images, (N,) in seconds."""
 
     times: Floats
     target: Floats
@@ -134,7 +134,7 @@ def followed(track: Track, omega: float, settle_s: float, periods: int) -> Follo
 
 
 def _courses(track: Track) -> Courses:
-    """Keep moments that are not much closer to each other than a picture needs."""
+    """Reduce the time courses to the resolution that a figure needs."""
     kept: list[int] = []
     for place, moment in enumerate(track.times):
         if not kept or moment - track.times[kept[-1]] >= _KEPT_S:
@@ -148,7 +148,7 @@ def _courses(track: Track) -> Courses:
 
 
 def _correlation(one: Floats, other: Floats) -> float:
-    """Return the correlation of two series (N,), 0 where one of them does not change."""
+    """Return the correlation of two series (N,), 0 if one of them is constant."""
     scale = float(one.std() * other.std())
     shared = float(np.mean((one - one.mean()) * (other - other.mean())))
     return shared / scale if scale > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""The paper's servoing method, and what takes the place of its parts."""
+"""The paper's servoing method, and replacements for its parts."""
 
 from collections.abc import Sequence
 from enum import Enum
@@ -29,7 +29,7 @@ from servoid_experiments.paper.servoing.settings import Constants, Search, Tripl
 
 
 class TrackerKind(Enum):
-    """What tracks the object."""
+    """The kinds of tracker."""
 
     POINTS = "points"
     REGION = "region"
@@ -37,7 +37,7 @@ class TrackerKind(Enum):
 
 
 class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The paper's method, but for what servoid does in its place."""
+    """The paper's method, with options to replace parts by servoid's."""
 
     tracker: Annotated[
         TrackerKind,
@@ -77,11 +77,11 @@ class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 _ANY = 1e3  # m/s and rad/s
-_BEGINS_AFTER = 5  # estimates: the object has been modelled, and is where it was
+_BEGINS_AFTER = 5  # estimates: the object has been modelled and has not moved
 
 
 def servo_settings(method: Method, given: Constants) -> ServoSettings:
-    """Return how to servo by a method, with the paper's gains."""
+    """Return the servo settings of a method, with the paper's gains."""
     law, eyes = given.law, given.eyes
     ours = ServoSettings(
         hand=HandSettings(
@@ -103,7 +103,7 @@ def servo_settings(method: Method, given: Constants) -> ServoSettings:
     moving = ours if method.feed_forward else theirs
     hand = moving.hand
     if method.feed_forward and not method.filtered:
-        # Speeds are fed forward as they are found.
+        # Estimated speeds are fed forward unchanged.
         hand = replace(hand, sure_speed=_ANY, sure_turning=_ANY)
     return ServoSettings(
         target=(ours if method.filtered else theirs).target,
@@ -115,7 +115,7 @@ def servo_settings(method: Method, given: Constants) -> ServoSettings:
 
 
 def body_of(name: str, radii: Triple | None) -> Body:
-    """Return the body that an object made of ellipsoids is, its frame that of the object."""
+    """Return an object that consists of ellipsoids as a body in the object's frame."""
     centers, sizes, turns = [], [], []
     for thing in make_object(name, radii):
         assert isinstance(thing.shape, Ellipsoid), f"{name} is not made of ellipsoids"
@@ -131,7 +131,7 @@ def body_of(name: str, radii: Triple | None) -> Body:
 
 
 def make_follower(world: World, body: Body, method: Method, search: Search, seed: int) -> Reading:
-    """Make what tracks the object of a world by a method."""
+    """Make the tracker of a method for the object of a world."""
     if method.tracker is TrackerKind.SERVOID:
         tracker = Tracker(world.cameras, body, TrackSettings(seed=seed, surface=method.surface))
         told = ToldTracker(world, tracker) if method.turn_told else tracker
@@ -156,7 +156,7 @@ def make_follower(world: World, body: Body, method: Method, search: Search, seed
 
 
 class ToldTracker:
-    """A tracker of all six degrees of freedom, of which the place is used."""
+    """A tracker of all six degrees of freedom, of which only the position is used."""
 
     def __init__(self, world: World, tracker: Follower) -> None:
         self._world, self._tracker = world, tracker
@@ -169,7 +169,7 @@ class ToldTracker:
         world_from_object: Pose,
         masks: Images | None = None,
     ) -> Estimate:
-        """Learn what the object looks like, with the object at a known pose."""
+        """Learn the object's appearance, with the object at a known pose."""
         return self._told(
             self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
         )
@@ -188,9 +188,9 @@ class ToldTracker:
 
 
 class ToldTurn:
-    """The 1-step genetic algorithm on x, y and z, told how the object is truly turned.
+    """The 1-step genetic algorithm on x, y and z, with the true rotation as an input.
 
-    With several generations an image, the same image is bred on again and again.
+    With several generations per image, all of them use the same image.
     """
 
     def __init__(
@@ -207,7 +207,7 @@ class ToldTurn:
         world_from_object: Pose,
         masks: Images | None = None,
     ) -> Estimate:
-        """Learn what the object looks like, with the object at a known pose."""
+        """Learn the object's appearance, with the object at a known pose."""
         return self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
 
     def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:

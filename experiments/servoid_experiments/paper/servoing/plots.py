@@ -1,4 +1,4 @@
-"""Pictures of the paper's servoing: time courses as it plots them, and what each change does."""
+"""Figures of the paper's servoing: time courses as in the paper, and the effect of each change."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Column:
-    """A column of panels: its heading, the courses of one run, and how long they are shown."""
+    """A column of panels: its heading, the courses of one run, and the duration shown."""
 
     heading: str
     courses: Courses
@@ -36,7 +36,7 @@ class Column:
 
     @property
     def last_s(self) -> float:
-        """Return the last second that is shown."""
+        """Return the last second shown."""
         last_s = self.courses.seconds[-1]
         return last_s if self.until_s is None else min(last_s, self.until_s)
 
@@ -95,7 +95,7 @@ def _draw_along(axes: "Axes", one: Column, axis: str) -> None:
 
 
 def _greatest(courses: Courses, axis: str) -> float:
-    """Return the greatest magnitude of what is shown along an axis in mm, with some room."""
+    """Return the largest shown magnitude along an axis in mm, with a margin."""
     values = [np.abs(courses.along(what, axis)).max() for what in ("target", "seen", "hand")]
     return _ROOM * 1000.0 * float(max(values))
 
@@ -106,7 +106,7 @@ def _units(kind: type[Courses]) -> list[str]:
 
 @dataclass(frozen=True)
 class Bar:
-    """What came of a method: spread of the recognised z and x, and lag of the hand.
+    """The results of a method: spread of the recognised z and x, and lag of the hand.
 
     In millimetres and degrees. `group` bars are drawn together, with a gap after them.
     """
@@ -119,7 +119,7 @@ class Bar:
 
 
 def draw_cures(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
-    """Draw what each change of the paper's method does, with intervals, and write a CSV file.
+    """Draw the effect of each change of the paper's method, with intervals, and write a CSV file.
 
     Raises:
         OutputError: a file cannot be written.
@@ -144,7 +144,7 @@ def draw_cures(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
 
 
 def _draw_intervals(axes: "Axes", heights: Floats, values: Sequence[Spread]) -> None:
-    """Draw means and intervals at heights (N,); a dashed line marks the first mean."""
+    """Draw means and intervals at heights (N,); a dashed line is at the first mean."""
     means = np.array([value.mean for value in values])
     halves = np.array([value.half or 0.0 for value in values])
     # A spread cannot be below 0, however few runs there are.

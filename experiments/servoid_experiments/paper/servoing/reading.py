@@ -1,6 +1,6 @@
-"""How the paper can be read: in which frame a population lives, to what time its answers belong.
+"""Readings of the paper: the frame of the population, and the time to which estimates belong.
 
-The paper's equation 9 needs the object in the hand's frame; of time stamps it does not speak.
+The paper's equation 9 has the object in the hand's frame; the paper does not mention timestamps.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,16 +14,16 @@ from servoid.sim.world import World
 from servoid.track.follower import Follower, Images
 
 Frame = Callable[[], Pose]
-"""Tells where a tracker's frame was in the world when the last images were taken."""
+"""Returns the pose of a tracker's frame in the world when the last images were taken."""
 
 
 def in_world() -> Pose:
-    """Let a tracker live in the world."""
+    """Use the world as the tracker's frame."""
     return Pose.identity()
 
 
 def hand_of(world: World) -> Frame:
-    """Let a tracker live in the hand of a world's arm."""
+    """Use the hand of a world's arm as the tracker's frame."""
 
     def world_from_hand() -> Pose:
         exposure = world.source.handed_out
@@ -35,7 +35,7 @@ def hand_of(world: World) -> Frame:
 
 @dataclass(frozen=True, eq=False)
 class PlacedEstimate:
-    """An estimate whose pose is put elsewhere."""
+    """An estimate with another pose."""
 
     time_s: float
     world_from_object: Pose
@@ -55,7 +55,7 @@ def placed(
 ) -> Estimate:
     """Return an estimate with another pose, and other covariances (6, 6), (N, 6) if they are given.
 
-    What is left out is the estimate's own.
+    Fields that are not given are the estimate's own.
     """
     found = PlacedEstimate(
         time_s=estimate.time_s,
@@ -67,14 +67,14 @@ def placed(
         located=estimate.located,
         evaluations=estimate.evaluations,
     )
-    return cast("Estimate", found)  # servoing asks nothing else of an estimate
+    return cast("Estimate", found)  # servoing uses no other fields of an estimate
 
 
 class Reading:
-    """Lets a tracker live in a frame of its own, and says to what time its answers belong.
+    """Runs a tracker in a frame of its own, and defines the time to which its estimates belong.
 
-    With `stamped` an answer is where the object was when the image was taken. Without, the object
-    is taken to be before the hand now as it was seen before the hand then.
+    With `stamped`, an estimate is the object's pose when the image was taken. Without, the object
+    is assumed to be relative to the hand now as it was when the image was taken.
     """
 
     def __init__(self, world: World, tracker: Follower, *, in_hand: bool, stamped: bool) -> None:
@@ -85,7 +85,7 @@ class Reading:
 
     @property
     def world_from_seen(self) -> Pose:
-        """Return where the object was recognised when the last image was taken."""
+        """Return the recognised pose of the object when the last image was taken."""
         return self._seen
 
     def start(
@@ -96,7 +96,7 @@ class Reading:
         world_from_object: Pose,
         masks: Images | None = None,
     ) -> Estimate:
-        """Learn what the object looks like, with the object at a known pose."""
+        """Learn the object's appearance, with the object at a known pose."""
         frame_from_world = self._frame().inverse()
         cameras = [frame_from_world @ pose for pose in world_from_camera]
         there = frame_from_world @ world_from_object

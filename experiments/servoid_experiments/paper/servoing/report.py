@@ -1,4 +1,4 @@
-"""Reports the paper's servoing (Figs. 10 and 11), what cures it, and the future work it names."""
+"""Reports the paper's servoing (Figs. 10 and 11), changes to it, and the future work."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -27,11 +27,11 @@ from servoid_experiments.paper.servoing.unknown import UNKNOWN, UnknownRow
 from servoid_experiments.report import Cell, Finding, Picture, Section, Table, Verdict
 from servoid_experiments.stats import Spread, over
 
-_SHARED = 0.25  # of x's variance that goes with z, from which on z spoils x
-_UNSTEADY = 1.2  # times as wide counts as wider
-_RECOGNISED_M = 0.03  # farther off, an object of this size counts as missed
-_SMALL_LAG_DEG, _VISIBLE_LAG_DEG = 3.0, 5.0  # wanted with feed-forward, and to be seen without
-_AMPLITUDE = 0.05  # by which the hand's may differ from the object's
+_SHARED = 0.25  # of x's variance that correlates with z, above which z disturbs x
+_UNSTEADY = 1.2  # ratio of the spreads, above which one counts as wider
+_RECOGNISED_M = 0.03  # error above which an object of this size counts as missed
+_SMALL_LAG_DEG, _VISIBLE_LAG_DEG = 3.0, 5.0  # required with feed-forward, and visible without
+_AMPLITUDE = 0.05  # relative difference allowed between hand and object
 
 _NAMES = (SLOW, FAST, OTHER, *(one.name for one in (*READINGS, *ALONE, *ADDED)),
           SEVERAL, SEVERAL_BEST, SIX_BEST)  # fmt: skip
@@ -52,9 +52,10 @@ FIGURES: dict[str, Callable[[Followed], float]] = {
     "x_by_z": lambda row: row.x_by_z,
     "z_growth": lambda row: row.z_spread_by_period[-1] / row.z_spread_by_period[0],
 }
-"""Figures of a run; growth is how many times as much z spreads in the last period as in the first.
+"""Figures of a run; growth is the ratio of z's spread in the last period to that in the first.
 
-Gains and lags are against the object, spreads standard deviations of the recognition's errors.
+Gains and lags are relative to the object, spreads are standard deviations of the recognition's
+errors.
 """
 _UNKNOWN: dict[str, Callable[[UnknownRow], float]] = {
     "ellipsoids": lambda row: float(row.ellipsoids),
@@ -65,7 +66,7 @@ _UNKNOWN: dict[str, Callable[[UnknownRow], float]] = {
 
 
 def servoing_sections(settings: ServoingSettings, results: Results, folder: Path) -> list[Section]:
-    """Draw courses and cures into a folder, and list all figures of all runs.
+    """Draw courses and changes into a folder, and list all figures of all runs.
 
     Raises:
         OutputError: a picture cannot be written.
@@ -87,7 +88,7 @@ def servoing_sections(settings: ServoingSettings, results: Results, folder: Path
 
 
 def rows_of(results: Results, name: str) -> list[ServoingRow]:
-    """Return the rows of the runs of a name that did not fail."""
+    """Return the rows of the successful runs of a name."""
     done = results.get(SERVOING.name, ())
     return [one.row for one in done if one.case.name == name and one.row is not None]
 
@@ -207,7 +208,7 @@ def _cure_section(found: _Rows, folder: Path) -> Section:
 
 
 def _beside(found: _Rows, folder: Path) -> Picture:
-    """Draw the paper's method and servoid's beside each other, for as long as both ran."""
+    """Draw the paper's method and servoid's side by side, for as long as both ran."""
     courses = [found[name][0].followed.courses for name in (FAST, BEST_NAME)]
     until_s = min(one.seconds[-1] for one in courses)
     names = ("the paper's method", "servoid's method")

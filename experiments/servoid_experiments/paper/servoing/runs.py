@@ -1,4 +1,4 @@
-"""Section 5.3 of the paper and the future work that it names: which runs there are."""
+"""The runs of Section 5.3 of the paper, and of the future work that it names."""
 
 from typing import Annotated
 
@@ -19,7 +19,7 @@ REGION, SEARCH = "region term, not points", "population x 4, 4 generations an im
 FORWARD, BEST_NAME = "+ feed-forward", "+ joints by QP"
 SURFACE = "the same with the surface term"
 
-_SELDOM, _NARROW = 0.05, 0.0005  # mutations of a population that loses its diversity
+_SELDOM, _NARROW = 0.05, 0.0005  # mutation settings of a population that loses its diversity
 
 _TRACKER = Method(tracker=TrackerKind.SERVOID)
 _FILTERED = msgspec.structs.replace(_TRACKER, stamped=True, filtered=True)
@@ -29,9 +29,9 @@ _SIX = msgspec.structs.replace(BEST, turn_told=False, surface=True)
 
 
 class Cure(msgspec.Struct, frozen=True, kw_only=True):
-    """A change of the paper's method: its name, and what it sets.
+    """A change of the paper's method: its name and its settings.
 
-    A population that is not `diverse` mutates seldom, and by little in the end.
+    A population that is not `diverse` mutates rarely, and by little in the end.
     """
 
     name: str
@@ -42,15 +42,15 @@ class Cure(msgspec.Struct, frozen=True, kw_only=True):
     diverse: bool = True
 
 
-# What the paper may mean else: answers that know when their images were taken, a population that
-# lives in the world, and one that has lost its diversity.
+# Other readings of the paper: estimates with timestamps, a population in the world's frame, and a
+# population that has lost its diversity.
 READINGS = (
     Cure(name="in the hand, images stamped", method=Method(stamped=True)),
     Cure(name="in the world, images stamped", method=Method(in_hand=False, stamped=True)),
     Cure(name="in the hand, little diversity", diverse=False),
 )
 
-# Each alone in place of what the paper does; then one added to the other.
+# First each change alone, replacing what the paper does; then all of them cumulatively.
 ALONE = (
     Cure(name="eyes parallel, not verging", verging=False),
     Cure(name="population x 4", times_population=4),
@@ -74,7 +74,7 @@ ADDED = (
 
 
 class UnknownSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Runs with servoid's method in which nothing is given but the object's first mask."""
+    """Runs with servoid's method in which only the object's first mask is given."""
 
     objects: Annotated[
         tuple[str, ...], Meta(description="with a pattern, which the surface term follows")
@@ -92,7 +92,7 @@ class UnknownSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
 
 class ServoingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The paper's servoing, its cures and the future work; all lengths in metres."""
+    """The paper's servoing, changes to it and the future work; all lengths in metres."""
 
     omegas: Annotated[
         tuple[float, float],
@@ -118,7 +118,7 @@ class ServoingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 
 
 def quick_servoing() -> ServoingSettings:
-    """Return settings of a study that takes seconds and shows only that everything works."""
+    """Return settings of a study that takes seconds and only tests that everything runs."""
     given = with_constant(Constants(), "scene.amplitude", 0.02)
     return ServoingSettings(
         omegas=(2.0, 4.0),
@@ -135,14 +135,14 @@ def quick_servoing() -> ServoingSettings:
 
 
 def servoing_work(settings: ServoingSettings) -> list[Work]:
-    """Return the runs: the paper's, its cures, and those of objects of which nothing is given."""
+    """Return the runs: the paper's, those with changes, and those with unknown objects."""
     cases = [*_paper_cases(settings), *_cure_cases(settings), *_several_cases(settings)]
     unknown = _unknown_cases(settings)
     return [Work(SERVOING, cases), *([Work(UNKNOWN, unknown)] if unknown else [])]
 
 
 def _paper_cases(settings: ServoingSettings) -> list[ServoingCase]:
-    """Return the paper's runs at both speeds, and the fast one as it may be read, too."""
+    """Return the paper's runs at both speeds, and other readings of the fast one."""
     given = settings.constants
     place = Place.PRINTED if given.scene.place is Place.TEXT else Place.TEXT
     other = with_constant(given, "scene.place", place)
@@ -171,7 +171,7 @@ def _paper_cases(settings: ServoingSettings) -> list[ServoingCase]:
 
 
 def _bred(cure: Cure, given: Constants) -> Constants:
-    """Return constants with what a change sets of the population's diversity."""
+    """Return constants with a change's settings of the population's diversity."""
     if cure.diverse:
         return given
     return with_constant(
@@ -203,7 +203,7 @@ SIX_BEST = "painted ellipsoid, servoid's method, six degrees of freedom"
 
 
 def _several_cases(settings: ServoingSettings) -> list[ServoingCase]:
-    """Return runs to other known bodies: of two ellipsoids, and with the turn sought, too."""
+    """Return runs to other known bodies: of two ellipsoids, and with estimated rotation."""
     kinds = (
         (SEVERAL, "two_ellipsoids", Method()),
         (SEVERAL_BEST, "two_ellipsoids", BEST),
@@ -225,7 +225,7 @@ def _cured(
     name: str,
     kind: str = "ellipsoid",
 ) -> ServoingCase:
-    """Return a run at the fast speed, of the object of a kind."""
+    """Return a run at the fast speed, with one kind of object."""
     return ServoingCase(
         name=name,
         seed=seed,

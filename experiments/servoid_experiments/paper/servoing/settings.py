@@ -1,7 +1,7 @@
-"""Everything that the paper's servoing needs: what it says, and what it leaves out and we assume.
+"""All settings of the paper's servoing: those that it states, and those that are assumed.
 
 The description of each field ends with its source in brackets: a place in the paper, the lab's
-papers, or that it is assumed. `constants` reads these off.
+papers, or `assumed`. `constants` parses these.
 """
 
 import re
@@ -20,10 +20,10 @@ Positive = Annotated[float, Meta(gt=0)]
 
 
 class Place(Enum):
-    """Which of the paper's two statements about the object's place holds.
+    """Which of the paper's two statements about the object's position is used.
 
     The printed matrix puts it 100 mm to the left of the hand and at its height, the text 90 mm
-    above the hand's middle, where it is wanted.
+    above the hand's middle, where the goal is.
     """
 
     TEXT = "text"
@@ -39,7 +39,7 @@ def _from_0(what: str, **bounds: Any) -> Meta:
 
 
 class Scene(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The object, where it is met, and how it moves."""
+    """The object, its position and its motion."""
 
     world_from_hand: Annotated[
         Seven, Meta(description="hand at the start: w, x, y, z, tx, ty, tz in m (Eq. (17))")

@@ -1,4 +1,4 @@
-"""One servo run to the paper's moving object, with the object known."""
+"""One servo run to the paper's moving object, with a known object."""
 
 import math
 from typing import Annotated
@@ -29,7 +29,7 @@ _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
 class ServoingCase(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A run: `name` says which of the study's, and `seed` leads noise and search."""
+    """A run: `name` is its group in the study, and `seed` sets noise and search."""
 
     name: str
     seed: int
@@ -42,10 +42,10 @@ class ServoingCase(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class ServoingRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What came of a run.
+    """The results of a run.
 
-    `seen_turn_deg` is how far the recognised turn was off (RMS), `held_share` for which share of
-    the time the hand was held, and `scored` how many poses were scored for an image.
+    `seen_turn_deg` is the RMS error of the recognised rotation, `held_share` the share of the time
+    in which the hand was held, and `scored` the number of poses scored per image.
     """
 
     followed: Followed
@@ -55,10 +55,10 @@ class ServoingRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class _Course:
-    """What happened since the object's path began: places in M0, the object's frame at its start.
+    """Records a run from the start of the object's path, in M0, the object's frame at its start.
 
-    `ticks` are seconds and where the hand was beside where it should be at the start; `looks` are
-    seconds, where the object was and was seen, and by how many degrees its turn was missed.
+    `ticks` are seconds and the hand's position relative to its goal at the start; `looks` are
+    seconds, the true and the recognised position, and the rotation error in degrees.
     """
 
     def __init__(self, world: World, follower: Reading, goal_from_object: Pose) -> None:
@@ -71,7 +71,7 @@ class _Course:
         self.scored = 0
 
     def add(self, tick: Tick, began_s: float) -> None:
-        """Keep what is to be measured of a control period."""
+        """Record the measurements of a control period."""
         world_from_hand = self._world.arm.world_from_hand(tick.state.positions)
         place = (self._start_from_world @ world_from_hand).translation
         off = np.subtract(place, self._start_from_goal.translation)
@@ -97,8 +97,8 @@ def run_servoing(case: ServoingCase) -> ServoingRow:
     """Servo to the object, and measure it.
 
     Raises:
-        ServoError: no image comes.
-        SimError: a constant cannot be.
+        ServoError: no image arrives.
+        SimError: a constant is invalid.
 
     """
     world = World(world_settings(case))
@@ -106,7 +106,7 @@ def run_servoing(case: ServoingCase) -> ServoingRow:
 
 
 def world_settings(case: ServoingCase) -> WorldSettings:
-    """Return the world of a run."""
+    """Return the world settings of a run."""
     given = case.constants
     scene, eyes, arm = given.scene, given.eyes, given.arm
     seconds, ellipsoid = 2.0 * math.pi / case.omega, case.object == _ELLIPSOID
@@ -152,7 +152,7 @@ def start_place(given: Constants) -> Triple:
 
 
 def _followed(case: ServoingCase, world: World) -> _Course:
-    """Start the tracker where the object was modelled, and servo for as long as is measured."""
+    """Start the tracker at the modelled pose, and servo for the measured time."""
     given, radii = case.constants, case.constants.scene.radii
     body = body_of(case.object, radii if case.object == _ELLIPSOID else None)
     follower = make_follower(world, body, case.method, given.search, case.seed)
@@ -163,7 +163,7 @@ def _followed(case: ServoingCase, world: World) -> _Course:
     goal_from_object = Pose.from_parts(given.scene.goal, _UPRIGHT)
     course, began_s = _Course(world, follower, goal_from_object), math.inf
     begins_s = world.time_s + given.scene.rest_s
-    # The last images of what is measured arrive when it is over.
+    # The last images of the measured time arrive after it has ended.
     arrives_s = given.eyes.latency_s + 1.0 / given.eyes.rate_hz
     lasts_s = case.settle_s + case.periods * 2.0 * math.pi / case.omega + arrives_s
     for tick in servo(world.arm, world.source, follower, controller, lambda _: goal_from_object):

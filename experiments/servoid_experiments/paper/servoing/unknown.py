@@ -1,4 +1,4 @@
-"""One servo run to an object of which nothing is given: it is looked at, modelled and followed."""
+"""One servo run to an unknown object: explores, models and follows it."""
 
 import math
 import tempfile
@@ -36,11 +36,11 @@ class UnknownCase(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class UnknownRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What came of a run.
+    """The results of a run.
 
-    `ellipsoids` are those of the body that was modelled from so many `looks`; `hand_turn_deg` and
-    `seen_turn_deg` are how far hand and recognition were turned off (RMS). The truth is where the
-    body was when it was modelled, carried along with the object.
+    `ellipsoids` is the count of the body that was modelled from `looks` observations.
+    `hand_turn_deg` and `seen_turn_deg` are the RMS rotation errors of hand and recognition. The
+    truth is the body's pose when it was modelled, moved along with the object.
     """
 
     ellipsoids: int
@@ -52,7 +52,7 @@ class UnknownRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 def run_unknown(case: UnknownCase) -> UnknownRow:
-    """Meet an object, model it and follow it, and measure that.
+    """Explore, model and follow an object, and measure the run.
 
     Raises:
         ServoidError: the object cannot be modelled or found.
@@ -111,7 +111,7 @@ def _row(case: UnknownCase, trial: ServoTrial) -> UnknownRow:
 
 
 def _track(trial: ServoTrial, times: Floats, pairs: Sequence[Sequence[Pose]]) -> Track:
-    """Count truth and estimate, a pair for each of the times (N,), and the hand from the start."""
+    """Return the truth and the estimate, a pair per time (N,), and the hand, from the start."""
     log, world = trial.log, trial.world
     start_from_world = world.world_from_object_at(log.start_s).inverse().matrix()[:3, :3]
     target, found = (

@@ -1,4 +1,4 @@
-"""What is tried with the object of two ellipsoids, and what is kept of it."""
+"""The inputs and the results of the experiment with two ellipsoids."""
 
 from enum import Enum
 from typing import Annotated
@@ -12,7 +12,7 @@ OBJECT_NAME = "two_ellipsoids"
 
 
 class Procedure(Enum):
-    """A way to model: what of, and how."""
+    """A way to model: the inputs and the method."""
 
     PAPER = "paper"
     PAIR = "pair"
@@ -52,7 +52,7 @@ class TwoTrial(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class TwoCase(msgspec.Struct, frozen=True, kw_only=True):
-    """One model of one stereo pair; the seed is that of noise, light, place and search."""
+    """One model of one stereo pair; the seed sets noise, light, position and search."""
 
     procedure: Procedure
     seed: int
@@ -60,12 +60,13 @@ class TwoCase(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class TwoRow(msgspec.Struct, frozen=True, kw_only=True):
-    """A model and its errors, in m, in the frame of the hand that first looks.
+    """A model and its errors, in m, in the frame of the hand at its first position.
 
-    `error` is that of the centroid; `part_errors` those of the centre nearest to each true
-    ellipsoid's, and `radius_errors` of that ellipsoid's radii, the longest first. `volume_ratio`
-    is the model's volume by the true one. `seen_points` are those of the surface that depth told.
-    `centers`, `radii` and `rotations` (w, x, y, z) are the model's. Seconds are not reproducible.
+    `error` is that of the centroid. `part_errors` are those of the centre nearest to each true
+    ellipsoid's, and `radius_errors` those of that ellipsoid's radii, the longest first.
+    `volume_ratio` is the model's volume divided by the true one. `seen_points` is the number of
+    surface points from depth. `centers`, `radii` and `rotations` (w, x, y, z) are the model's.
+    Seconds are not reproducible.
     """
 
     error: list[float]

@@ -1,4 +1,4 @@
-"""Pictures of the object of two ellipsoids and its models: Fig. 9, and the errors over seeds."""
+"""Draws the object of two ellipsoids and its models: Fig. 9, and the errors over seeds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ _ANGLES = np.linspace(0.0, 2.0 * np.pi, 121)
 
 @dataclass(frozen=True)
 class Shown:
-    """A model that is drawn: how it was made, and what came of it."""
+    """A model to draw: its procedure and its result."""
 
     case: TwoCase
     row: TwoRow
@@ -53,7 +53,7 @@ class Shown:
 
 
 def draw_models(pair: EyePair, shown: Sequence[Shown], file: Path) -> None:
-    """Draw models of one pair beside each other: in the left image, from above, and from the side.
+    """Draw models of one pair side by side: in the left image, from above, and from the side.
 
     Raises:
         OutputError: the file cannot be written.
@@ -102,7 +102,7 @@ def draw_errors(rows: Mapping[Procedure, Sequence[TwoRow]], file: Path) -> None:
 
 
 def _image(panel: "Axes", pair: EyePair, body: Body) -> None:
-    """Draw what is seen, the object's true outline, and those of the model's ellipsoids."""
+    """Draw the image, the object's true outline, and those of the model's ellipsoids."""
     rows, columns = np.nonzero(pair.masks[0])
     panel.imshow(pair.images[0])
     eye = pair.cameras[0], pair.world_from_cameras[0]
@@ -122,7 +122,7 @@ def _image(panel: "Axes", pair: EyePair, body: Body) -> None:
 
 
 def _side(panel: "Axes", true: Body, body: Body, side: tuple[int, int, str, str]) -> None:
-    """Draw the outlines of both bodies as seen from far away along an axis of the hand."""
+    """Draw the outlines of both bodies in orthographic view along an axis of the hand."""
     across, up, right, _ = side
     middle = _MM * _in_hand(true)[0].mean(axis=0)
     for centers, spread, color, style in (

@@ -1,4 +1,4 @@
-"""Section 5.2, Fig. 9: an object of two ellipsoids is modelled with three."""
+"""Section 5.2, Fig. 9: models an object of two ellipsoids with three."""
 
 import time
 from collections.abc import Sequence
@@ -31,12 +31,12 @@ from servoid_experiments.metrics import (
 from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
 from servoid_experiments.paper.two.case import OBJECT_NAME, Procedure, TwoCase, TwoRow
 
-_SURE = 0.008  # share of a measured depth that its expected error may be
+_SURE = 0.008  # largest expected error of a measured depth, as a share of it
 _LIGHT_TURN, _LIGHT_LEVEL = 0.2, 0.15
 
 
 def run_two_ellipsoids(case: TwoCase) -> TwoRow:
-    """Draw a stereo pair, model the object, and compare the model with the truth."""
+    """Render a stereo pair, model the object, and compare the model with the truth."""
     pair = first_pair(case)
     window = hue_window(pair.images[0], pair.masks[0])
     pairs = [pair, *_further_pairs(case)] if case.procedure is Procedure.LOOKS else [pair]
@@ -52,14 +52,14 @@ TWO_ELLIPSOIDS = Experiment("two_ellipsoids", run_two_ellipsoids, TwoCase, TwoRo
 
 
 def first_pair(case: TwoCase) -> EyePair:
-    """Draw what the eyes see from where the hand first stands."""
+    """Render what the eyes see from the hand's first position."""
     return _pair_from(case, paper_hand(), 0)
 
 
 def _further_pairs(case: TwoCase) -> list[EyePair]:
-    """Draw what they see when the hand has gone around the object.
+    """Render what the eyes see after the hand has moved around the object.
 
-    That an arm gets there is not asked.
+    Whether an arm can reach these poses is not checked.
     """
     middle = _hand_from_object(case)
     pairs = []
@@ -72,7 +72,7 @@ def _further_pairs(case: TwoCase) -> list[EyePair]:
 
 
 def _hand_from_object(case: TwoCase) -> Pose:
-    """Return where the object is before the hand that first looks."""
+    """Return the object's pose relative to the hand at its first position."""
     random = np.random.default_rng([case.seed, 0])
     place = np.array(case.trial.place) + random.uniform(-1.0, 1.0, 3) * case.trial.spread
     return Pose.from_parts(place.tolist(), [1.0, 0.0, 0.0, 0.0])
@@ -95,7 +95,7 @@ def _pair_from(case: TwoCase, world_from_hand: Pose, number: int) -> EyePair:
 
 
 def _views(pair: EyePair, window: tuple[float, float]) -> list[View]:
-    """Return the pixels that have the target's hue, which all procedures start from."""
+    """Return the pixels with the target's hue, from which all procedures start."""
     return [
         View(camera=camera, world_from_camera=pose, mask=match_image(image, *window))
         for camera, pose, image in zip(
@@ -105,7 +105,7 @@ def _views(pair: EyePair, window: tuple[float, float]) -> list[View]:
 
 
 def _range_samples(case: TwoCase, pair: EyePair, mask: NDArray[np.uint8]) -> RangeSamples:
-    """Return the depth of the left image's object as the procedure knows it."""
+    """Return the range samples of the left image's object that the procedure has."""
     if case.procedure is Procedure.STEREO:
         left_from_right = pair.world_from_cameras[0].inverse() @ pair.world_from_cameras[1]
         found = stereo_depth(*pair.images, *pair.cameras, left_from_right, mask_a=mask)
@@ -122,7 +122,7 @@ def _range_samples(case: TwoCase, pair: EyePair, mask: NDArray[np.uint8]) -> Ran
 
 
 def _model(case: TwoCase, views: Sequence[View], samples: RangeSamples) -> Body:
-    """Model with all the ellipsoids that are asked for, on one thread."""
+    """Model with the requested number of ellipsoids, on one thread."""
     trial = case.trial
     if case.procedure is Procedure.PAPER:
         settings = PaperSettings(

@@ -17,7 +17,7 @@ from servoid_experiments.report import Cell, Finding, Picture, Section, Table, V
 from servoid_experiments.stats import over
 
 _MM = 1000.0
-_ALIKE = 0.9  # IoU of silhouettes from which on shapes agree in a picture
+_ALIKE = 0.9  # IoU of silhouettes from which on shapes count as equal in a figure
 
 Rows = dict[Procedure, list[TwoRow]]
 

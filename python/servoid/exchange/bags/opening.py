@@ -1,4 +1,4 @@
-"""Opens a bag as a capture: topics, stamps, calibrations and transforms become one."""
+"""Opens a bag as a capture: combines topics, timestamps, calibrations and transforms."""
 
 from bisect import bisect_left
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from servoid.exchange.bags.stored.pictures import BagDepth, BagPicture
 from servoid.exchange.bags.stored.reader import Bag, open_files
 from servoid.pose import Pose
 
-_DEPTH_APART_NS = NS_PER_S // 100  # between an image and the depth that is registered to it
+_DEPTH_APART_NS = NS_PER_S // 100  # between an image and its registered depth image
 
 
 def open_bag(
@@ -36,31 +36,35 @@ def open_bag(
     """Open a ROS 1 bag, a rosbag2 folder or an MCAP file as a capture, which is a recording.
 
     `topics` are those of the images, one for each camera, and of depth that is registered to them;
-    without any the most likely ones are guessed, and `Capture.notes` say so. `world` is the TF
-    frame in which poses are told, by default the top of the first camera's tree. Images of one
-    observation were taken at most `apart_s` seconds apart. `told` says how cameras see of which the
-    bag does not say it, as `why_untold` knows; then it counts for all that are chosen. If the rig
-    `rests`, TF is asked where cameras sit on it, but not where it was.
+    without any, the most likely ones are guessed, and `Capture.notes` report it. `world` is the TF
+    frame of the poses, by default the top of the first camera's tree. Images of one observation
+    were taken at most `apart_s` seconds apart.
 
-    The bag is read through once for its stamps; images are read when they are asked for.
+    `told` returns the calibration if the bag lacks that of any camera, as `why_untold` reports; it
+    then applies to all chosen cameras. If the rig `rests`, TF supplies the cameras' poses on it,
+    but not its motion.
+
+    The bag is read through once for its timestamps; images are read on request.
 
     Raises:
-        CaptureError: there is no bag, it is damaged, or it does not say what a capture needs.
+        CaptureError: there is no bag, it is damaged, or it lacks what a capture needs.
         CameraError: a camera cannot exist.
-        PoseError: a transform is no rigid motion.
+        PoseError: a transform is not a rigid motion.
         MissingExtraError: the library that reads bags is missing.
 
     """
     bag = open_files(Path(path))
     chosen = choose(bag, topics)
     if len(chosen.images) > MOST_CAMERAS:
-        raise CaptureError(f"{path}: {len(chosen.images)} cameras; at most {MOST_CAMERAS} can be")
+        raise CaptureError(
+            f"{path}: {len(chosen.images)} cameras; at most {MOST_CAMERAS} are allowed"
+        )
     content = scan(bag, chosen)
     names = _names(chosen.images)
     if told is None:
         seats = [_seat(bag, image, content) for image in chosen.images]
     else:
-        seats = _told_seats(bag, chosen.images, names, content, told)
+        seats = _user_seats(bag, chosen.images, names, content, told)
     tracks = [
         _Track(name, seat, content.shots[seat.image.topic], _shots(content, depth))
         for name, seat, depth in zip(names, seats, chosen.depths, strict=True)
@@ -82,8 +86,8 @@ def open_bag(
     ]
     if not known:
         raise CaptureError(
-            f"{bag.path}: TF says at none of the images' stamps where the cameras were; record /tf "
-            "for as long as the images, by the same clock"
+            f"{bag.path}: TF has the cameras' poses at none of the images' times; record /tf "
+            "for as long as the images, with the same clock"
         )
     lost = len(moments) - len(known)
     kept = [moment for moment, _ in known]
@@ -107,13 +111,13 @@ def open_bag(
 
 
 def why_untold(path: str | Path, topics: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return for each camera of a bag why nothing says how it sees; empty if all of them say it.
+    """Return for each camera of a bag why its calibration is missing; empty if none is missing.
 
-    Where one does not, what a person tells counts for all: for the others an empty sentence stands.
-    Arguments are those of `open_bag`.
+    If one is missing, the user's calibration applies to all cameras; those that have one get an
+    empty text. Arguments are those of `open_bag`.
 
     Raises:
-        CaptureError: there is no bag, it is damaged, or holds no such images.
+        CaptureError: there is no bag, it is damaged, or it has no such images.
         MissingExtraError: the library that reads bags is missing.
 
     """
@@ -137,12 +141,12 @@ def _no_info(bag: Bag, image: ImageTopic) -> str:
 
 
 def _no_focal(bag: Bag, topic: str) -> str:
-    return f"{bag.path}: {topic} says no focal length: the camera is not calibrated"
+    return f"{bag.path}: {topic} has no focal length: the camera is not calibrated"
 
 
 @dataclass(frozen=True)
 class _Track:
-    """The images of one camera, and those of its depth, both in the order of their stamps."""
+    """The images of one camera, and its depth images, both sorted by time."""
 
     name: str
     seat: Seat
@@ -152,7 +156,7 @@ class _Track:
     def camera(
         self, path: Path, rig_from_camera: Pose, moments: Sequence[Moment], index: int
     ) -> CaptureCamera:
-        """Return the camera with its images of some moments; it is the `index`-th of the rig."""
+        """Return the camera with its images at some instants; it is the `index`-th of the rig."""
         places = [moment.places[index] for moment in moments]
         shots = [None if place is None else self.shots[place] for place in places]
         pictures = (
@@ -182,7 +186,7 @@ class _Track:
 
 
 def _seat(bag: Bag, image: ImageTopic, content: Content) -> Seat:
-    """Join a topic with its calibration."""
+    """Combine a topic with its calibration."""
     topic = image.info_topic
     if topic is None:
         raise CaptureError(
@@ -196,15 +200,13 @@ def _seat(bag: Bag, image: ImageTopic, content: Content) -> Seat:
     return Seat(image, calibration_of(info, image.size_px, place, is_rectified=image.is_rectified))
 
 
-def _told_seats(
+def _user_seats(
     bag: Bag, images: Sequence[ImageTopic], names: Sequence[str], content: Content, told: Told
 ) -> list[Seat]:
-    """Join topics with what a person tells of them."""
+    """Combine topics with the calibration that the user supplies."""
     known = [image.info_topic for image in images if image.info_topic in content.infos]
     if len(known) == len(images):
-        raise CaptureError(
-            f"{bag.path} says itself how its cameras see; nothing else can be told of them"
-        )
+        raise CaptureError(f"{bag.path} has its own calibration; leave the given calibration out")
     content.notes += [f"{topic} is not used, as another camera has none" for topic in known]
     frames = {image.frame for image in images}
     is_placed = len(frames) == len(images) and all(map(content.transforms.knows, frames))
@@ -220,7 +222,7 @@ def _shots(content: Content, depth: ImageTopic | None) -> Sequence[Shot]:
 
 
 def _names(images: Sequence[ImageTopic]) -> list[str]:
-    """Name cameras by the last part of their namespaces, or by all of it if that is not unique."""
+    """Name cameras by the last part of their namespaces, or by the whole if that is ambiguous."""
     spaces = [image.camera.strip("/") or "camera" for image in images]
     short = [space.rpartition("/")[2] for space in spaces]
     if len(set(short)) == len(short):
@@ -232,6 +234,6 @@ def _names(images: Sequence[ImageTopic]) -> list[str]:
 
 
 def _rate_hz(moments: Sequence[Moment]) -> float | None:
-    """Return the usual rate; None of a single observation."""
+    """Return the usual rate; None for a single observation."""
     steps = np.diff([moment.stamp_ns for moment in moments])
     return NS_PER_S / float(np.median(steps)) if len(steps) else None

@@ -38,12 +38,12 @@ def write_mcap_recording(
     observations: Iterable[RawObservation],
     watch: Callable[[int], None] | None = None,
 ) -> int:
-    """Write observations as they come, and return how many there were.
+    """Write observations as they come, and return their number.
 
-    The file is at `path` when the last one is written; if anything fails, nothing is left of it.
-    Compressed images stay compressed, and pixels are written as they are. `open_bag` makes a
-    capture of the file with the same images, times and poses, to the last bit. `watch` hears how
-    many observations there are by now.
+    The file appears at `path` when the last one is written; on any error nothing is left of it.
+    Compressed images stay compressed, and pixels are written unchanged. `open_bag` opens the file
+    as a capture with the same images, times and poses, to the last bit. `watch` receives the number
+    of observations so far.
 
     Raises:
         OutputError: the file cannot be written, there is no observation, or times do not increase.

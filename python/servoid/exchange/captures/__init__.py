@@ -1,1 +1,1 @@
-"""Captures in other people's formats."""
+"""Captures in other programs' formats."""

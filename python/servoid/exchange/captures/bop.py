@@ -26,16 +26,16 @@ _Key = tuple[BopCamera, tuple[int, int]]
 def open_bop(folder: str | Path, object_index: int | None = None) -> Capture:
     """Open a scene of a BOP dataset, the folder of a `scene_camera.json`, as a capture.
 
-    `object_index` is the object's place, from 0, among those that `scene_gt.json` lists for an
-    image; it may be left out if there is but one. Its masks are those of its visible part. Poses
-    are `cam_R_w2c` where every image has one; otherwise the world is the object's own frame, and
+    `object_index` is the object's index, from 0, among those that `scene_gt.json` lists for an
+    image; it may be omitted if there is only one. Its masks are those of its visible part. Poses
+    are `cam_R_w2c` if every image has one. Otherwise the world is the object's own frame, and
     images without the object are left out.
 
     Raises:
         CaptureError: a file is missing or malformed, or the object is not there.
         CameraError: a camera cannot exist.
-        ImageError: an image does not say how large it is.
-        PoseError: a pose is no rigid motion.
+        ImageError: the size of an image is unknown.
+        PoseError: a pose is not a rigid motion.
 
     """
     folder = Path(folder)
@@ -60,7 +60,7 @@ def open_bop(folder: str | Path, object_index: int | None = None) -> Capture:
     if not shots:
         raise CaptureError(
             f"{folder}: no image has a pose: {FILE_NAME} has no cam_R_w2c, and scene_gt.json no "
-            f"object with index {index}; choose an object that is there"
+            f"object with index {index}; choose one that is listed"
         )
     return _gather(folder, group(shots))
 
@@ -76,7 +76,7 @@ def _gather(folder: Path, groups: dict[_Key, list[Shot]]) -> Capture:
                     model="pinhole",
                     size_px=size_px,
                     focal_px=camera.focal_px,
-                    # BOP's cameras are OpenCV's: pixel (0, 0) is a pixel's centre, as here.
+                    # BOP's cameras are OpenCV's: pixel (0, 0) is a pixel's centre, as in servoid.
                     center_px=camera.center_px,
                 ),
                 shots,
@@ -88,7 +88,7 @@ def _gather(folder: Path, groups: dict[_Key, list[Shot]]) -> Capture:
 
 
 def _choose(truth: Mapping[int, tuple[BopPose, ...]], asked: int | None, path: Path) -> int:
-    """Return the place of the chosen object, after checking that it is one object throughout."""
+    """Return the index of the chosen object, after checking that it is one object throughout."""
     most = max((len(found) for found in truth.values()), default=0)
     if asked is None and most > 1:
         longest = max(truth.values(), key=len)

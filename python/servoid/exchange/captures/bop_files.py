@@ -17,7 +17,7 @@ Nine = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class BopCamera(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds what a scene_camera.json says of one image; matrices are row by row, lengths in mm."""
+    """One image's entry in a scene_camera.json; matrices are row-major, lengths in mm."""
 
     cam_K: Nine  # noqa: N815  the file's own name
     depth_scale: Annotated[float, msgspec.Meta(gt=0)] | None = None
@@ -36,42 +36,42 @@ class BopCamera(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def depth_scale_m(self) -> float | None:
-        """Return what one unit of the depth image is in metres, if the file says so."""
+        """Return one unit of the depth image in metres, if the file states it."""
         return None if self.depth_scale is None else self.depth_scale * _M_FROM_MM
 
     @property
     def has_pose(self) -> bool:
-        """Say if the file knows where in the world the camera was."""
+        """Return whether the file has the camera's pose in the world."""
         return self.cam_R_w2c is not None and self.cam_t_w2c is not None
 
     def pose(self, place: str) -> Pose:
-        """Return `camera_from_world`; PoseError if it is no rigid motion."""
+        """Return `camera_from_world`; PoseError if it is not a rigid motion."""
         if self.cam_R_w2c is None or self.cam_t_w2c is None:
             raise CaptureError(f"{place}: cam_R_w2c or cam_t_w2c is missing")
         return _pose(self.cam_R_w2c, self.cam_t_w2c, place)
 
     def without_pose(self) -> "BopCamera":
-        """Return what is left of the camera when its place does not count."""
+        """Return the camera's entry without its pose."""
         return BopCamera(cam_K=self.cam_K, depth_scale=self.depth_scale)
 
 
 class BopPose(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds where a scene_gt.json says that one object is, in the camera's frame and in mm."""
+    """The pose of one object in a scene_gt.json, in the camera's frame and in mm."""
 
     obj_id: int
     cam_R_m2c: Nine  # noqa: N815
     cam_t_m2c: Three
 
     def pose(self, place: str) -> Pose:
-        """Return `camera_from_object`; PoseError if it is no rigid motion."""
+        """Return `camera_from_object`; PoseError if it is not a rigid motion."""
         return _pose(self.cam_R_m2c, self.cam_t_m2c, place)
 
 
 def read_scene_camera(path: Path) -> dict[int, BopCamera]:
-    """Read a scene_camera.json: what it says of each image.
+    """Read a scene_camera.json: the entry of each image.
 
     Raises:
-        CaptureError: the file is missing or malformed, or a camera is no pinhole without skew.
+        CaptureError: the file is missing or malformed, or a camera is not a pinhole without skew.
 
     """
     cameras = {}
@@ -107,7 +107,7 @@ def read_scene_gt(path: Path) -> dict[int, tuple[BopPose, ...]]:
 
 def _image_number(key: str, path: Path) -> int:
     if not (key.isascii() and key.isdigit() and len(key) <= 9):
-        raise CaptureError(f"{path}: '{key[:40]}' is no number of an image, such as '12'")
+        raise CaptureError(f"{path}: '{key[:40]}' is not an image number, such as '12'")
     return int(key)
 
 

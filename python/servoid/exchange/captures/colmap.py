@@ -29,13 +29,13 @@ def open_colmap(folder: str | Path, images: str | Path | None = None) -> Capture
     """Open a COLMAP project, or a folder with a sparse model, as a capture.
 
     Each camera of the model becomes a camera, each image an observation of its own, sorted by name.
-    Images lie in `images`, by default the folder of that name beside the model. A mask lies in
+    Images are in `images`, by default the folder of that name beside the model. A mask is in
     `masks` beside it, as `NAME.jpg.png` or `NAME.png`. Lengths are in the model's unit.
 
     Raises:
         CaptureError: a file is missing or malformed, or files contradict each other.
         CameraError: a camera cannot exist.
-        PoseError: a pose is no rigid motion.
+        PoseError: a pose is not a rigid motion.
 
     """
     folder = Path(folder)
@@ -43,7 +43,7 @@ def open_colmap(folder: str | Path, images: str | Path | None = None) -> Capture
     if model is None:
         raise CaptureError(
             f"there is no COLMAP model in {folder}; name a folder with cameras.bin and images.bin "
-            "(or .txt), or one in which they lie in sparse/0"
+            "(or .txt), or one in which they are in sparse/0"
         )
     suffix = _suffix(model) or ".bin"
     read_cameras, read_images = _READERS[suffix]
@@ -51,7 +51,7 @@ def open_colmap(folder: str | Path, images: str | Path | None = None) -> Capture
     listed = read_images(model / f"images{suffix}")
     place = f"{model / f'images{suffix}'}"
     taken = _find_images(model, folder, images)
-    # A folder that was named may itself be a link; one that was found may not lead elsewhere.
+    # A folder that the user names may be a link; one that was found may not lead outside.
     home = taken.parent if images is None else taken
     shots = _shots(listed, cameras, taken, home, place)
     return gather(
@@ -65,7 +65,7 @@ def open_colmap(folder: str | Path, images: str | Path | None = None) -> Capture
 
 
 def _suffix(model: Path) -> str | None:
-    """Say in which form a folder holds a model, if it does; the binary one comes first."""
+    """Return the suffix of a folder's model files, if there are any; binary takes precedence."""
     both = (".bin", ".txt")
     return next((end for end in both if is_file(model / f"cameras{end}")), None)
 
@@ -82,7 +82,7 @@ def _find_images(model: Path, folder: Path, given: str | Path | None) -> Path:
         if not is_folder(Path(given)):
             raise CaptureError(f"there is no folder {given}; name the one with the model's images")
         return Path(given)
-    # By its absolute path, so that the folders above a model named '.' are found too.
+    # Use the absolute path, so that the parent folders of a model named '.' are found, too.
     above = [folder, *(model.absolute().parents[:2])]
     found = next((place / "images" for place in above if is_folder(place / "images")), None)
     if found is None:

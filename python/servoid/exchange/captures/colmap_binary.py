@@ -23,7 +23,7 @@ def read_cameras_binary(path: Path) -> list[ColmapCamera]:
     """Read a cameras.bin.
 
     Raises:
-        CaptureError: the file is missing or cut short, a count lies, or a model is not supported.
+        CaptureError: the file is missing or cut short, a count is wrong, or a model is unsupported.
 
     """
     file = _Binary(path)
@@ -39,10 +39,10 @@ def read_cameras_binary(path: Path) -> list[ColmapCamera]:
 
 
 def read_images_binary(path: Path) -> list[ColmapImage]:
-    """Read an images.bin; the points seen in the images are passed over.
+    """Read an images.bin; the points seen in the images are skipped.
 
     Raises:
-        CaptureError: the file is missing or cut short, or a count lies.
+        CaptureError: the file is missing or cut short, or a count is wrong.
 
     """
     file = _Binary(path)
@@ -58,7 +58,7 @@ def read_images_binary(path: Path) -> list[ColmapImage]:
 
 
 class _Binary:
-    """Takes values from a file's bytes, one after another, and never more than there are."""
+    """Reads values from a file's bytes in sequence, and never beyond their end."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -71,13 +71,13 @@ class _Binary:
         return form.unpack_from(self._data, start)
 
     def count(self, least_bytes: int, what: str) -> int:
-        """Take a count of things that take at least so many bytes each."""
+        """Read a count of items that take at least `least_bytes` each."""
         (count,) = self.take(struct.Struct("<Q"))
         room = len(self._data) - self._at
         if count * least_bytes > room:
             raise CaptureError(
                 f"{self._path} claims {count} {what}, but only {room} bytes follow: it is cut "
-                "short, or no file of COLMAP; export the model again"
+                "short, or not a COLMAP file; export the model again"
             )
         return count
 
@@ -101,7 +101,7 @@ class _Binary:
         if rest:
             raise CaptureError(
                 f"{self._path}: {counted(rest, 'byte follows', 'bytes follow')} the last entry, "
-                "so a count in it is wrong or it is no file of COLMAP; export the model again"
+                "so a count in it is wrong or it is not a COLMAP file; export the model again"
             )
 
     def _cut_short(self) -> CaptureError:

@@ -1,4 +1,4 @@
-"""What a COLMAP sparse model says of cameras and images, whatever the file's form."""
+"""Cameras and images of a COLMAP sparse model, independent of the file's form."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from servoid.errors import CaptureError
 
 @dataclass(frozen=True)
 class ColmapCamera:
-    """A camera of a model: its lens model and the numbers that belong to it."""
+    """A camera of a model: its lens model and parameters."""
 
     camera_id: int
     model: str
@@ -30,7 +30,7 @@ class ColmapImage:
 
 @dataclass(frozen=True)
 class _Layout:
-    """How a model of COLMAP maps to one of servoid's: where its parameters stand."""
+    """How a COLMAP lens model maps to one of servoid's: the positions of its parameters."""
 
     model: str
     parameters: int
@@ -38,8 +38,8 @@ class _Layout:
     distortion: int  # coefficients, the rest being zero
 
 
-# Names, order and meaning of the parameters: COLMAP's documentation of camera models. They count
-# k1 k2 p1 p2 k3 k4 k5 k6 and k1 k2 k3 k4 like OpenCV does.
+# Names, order and meaning of the parameters: COLMAP's documentation of camera models. Their
+# order is k1 k2 p1 p2 k3 k4 k5 k6 and k1 k2 k3 k4 as in OpenCV.
 _LAYOUTS = {
     "SIMPLE_PINHOLE": _Layout("pinhole", 3, True, 0),
     "PINHOLE": _Layout("pinhole", 4, False, 0),
@@ -77,10 +77,10 @@ MODEL_NAMES = {
 
 
 def parameter_count(model: str, place: str) -> int:
-    """Return how many parameters a lens model has.
+    """Return the number of parameters of a lens model.
 
     Raises:
-        CaptureError: servoid does not read this model.
+        CaptureError: servoid does not support this model.
 
     """
     layout = _LAYOUTS.get(model)
@@ -97,7 +97,7 @@ def lens_of(camera: ColmapCamera, place: str) -> Lens:
 
     Raises:
         CaptureError: the model is not supported, or has another number of parameters.
-        CameraError: no lens has such numbers.
+        CameraError: the parameters describe no lens.
 
     """
     needed = parameter_count(camera.model, place)
@@ -115,7 +115,7 @@ def lens_of(camera: ColmapCamera, place: str) -> Lens:
         model=layout.model,
         size_px=camera.size_px,
         focal_px=(camera.parameters[0], camera.parameters[focals - 1]),
-        # COLMAP counts from the corner of the first pixel, servoid from its centre.
+        # COLMAP's origin is the corner of the first pixel, servoid's its centre.
         center_px=(center[0] - 0.5, center[1] - 0.5),
         distortion=(*distortion, *(0.0,) * (layout.distortion - len(distortion))),
     )

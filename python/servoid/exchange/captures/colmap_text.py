@@ -40,7 +40,7 @@ def read_cameras_text(path: Path) -> list[ColmapCamera]:
 
 
 def read_images_text(path: Path) -> list[ColmapImage]:
-    """Read an images.txt: two lines an image, of which the second, its points, is passed over.
+    """Read an images.txt: two lines per image, of which the second, its points, is skipped.
 
     Raises:
         CaptureError: the file is missing, or a line is malformed.
@@ -89,5 +89,5 @@ def _numbers(kind: type[NumberT], cells: list[str], place: str) -> tuple[NumberT
             numbers.append(kind(whole_number_of(cell) if kind is int else number_of(cell)))
         except ValueError as error:
             what = "a whole number" if kind is int else "a number"
-            raise CaptureError(f"{place}: '{cell[:40]}' stands where {what} belongs") from error
+            raise CaptureError(f"{place}: '{cell[:40]}' is not {what}") from error
     return tuple(numbers)

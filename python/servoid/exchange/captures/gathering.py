@@ -1,4 +1,4 @@
-"""Joins images that were each taken from a place of their own into a capture."""
+"""Combines images that were each taken from a separate pose into a capture."""
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from servoid.words import counted
 
 KeyT = TypeVar("KeyT", bound=Hashable)
 
-# Every camera says of every observation what it delivered.
+# Every camera has an entry for every observation.
 _MOST_PLACES = 1 << 24
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One image, where it was taken from, and what lies beside it."""
+    """One image, its pose, and the files that belong to it."""
 
     picture: Picture
     world_from_lens: Pose
@@ -46,11 +46,11 @@ def gather(path: Path, cameras: Sequence[ShotCamera]) -> Capture:
     """
     count = sum(len(camera.shots) for camera in cameras)
     if count == 0:
-        raise CaptureError(f"{path} names no image; nothing can be modelled from it")
+        raise CaptureError(f"{path} has no image; nothing can be modelled from it")
     if count * len(cameras) > _MOST_PLACES:
         raise CaptureError(
             f"{path} has {count} images of {counted(len(cameras), 'camera')}, more than servoid "
-            "can hold; let images share a camera, or use fewer"
+            "supports; let images share a camera, or use fewer"
         )
     first, done = 0, []
     for camera in cameras:
@@ -61,7 +61,7 @@ def gather(path: Path, cameras: Sequence[ShotCamera]) -> Capture:
 
 
 def short_names(names: Sequence[str]) -> list[str]:
-    """Name images for people: without folder and suffix, if that tells them apart."""
+    """Return short names of images: without folder and suffix, if those are unique."""
     paths = [PurePosixPath(name) for name in names]
     stems = [path.stem for path in paths]
     if len(set(stems)) == len(stems):
@@ -70,7 +70,7 @@ def short_names(names: Sequence[str]) -> list[str]:
 
 
 def group(shots: Sequence[tuple[KeyT, Shot]]) -> dict[KeyT, list[Shot]]:
-    """Put together the images with the same key, in the order in which keys come up."""
+    """Group the images with the same key, in the order of the keys' first occurrence."""
     groups: dict[KeyT, list[Shot]] = {}
     for key, shot in shots:
         groups.setdefault(key, []).append(shot)
@@ -78,7 +78,7 @@ def group(shots: Sequence[tuple[KeyT, Shot]]) -> dict[KeyT, list[Shot]]:
 
 
 def number(index: int, count: int) -> str:
-    """Name one of several cameras that have no names, or the only one."""
+    """Return the name of one of several cameras without names, or of the only one."""
     return "camera" if count == 1 else f"camera_{index + 1}"
 
 

@@ -1,4 +1,4 @@
-"""Reads JSON files that other programs wrote: what servoid does not know is passed over."""
+"""Reads JSON files of other programs: unknown keys are ignored."""
 
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,10 +14,10 @@ StructT = TypeVar("StructT", bound=msgspec.Struct)
 
 
 def read_table(path: Path) -> dict[str, Any]:
-    """Read a JSON file that holds a table.
+    """Read a JSON file that contains a table.
 
     Raises:
-        CaptureError: the file is missing or no JSON, or holds something else.
+        CaptureError: the file is missing or not JSON, or contains something else.
 
     """
     data = read_json(path, CaptureError, SCENE_FILE)
@@ -27,10 +27,10 @@ def read_table(path: Path) -> dict[str, Any]:
 
 
 def read_struct(data: Any, struct: type[StructT], place: str) -> StructT:
-    """Convert a parsed table to `struct`; keys that it does not have are passed over.
+    """Convert a parsed table to `struct`; keys that it does not have are ignored.
 
     Raises:
-        CaptureError: it is no table, a key is missing, a value has the wrong type.
+        CaptureError: it is not a table, a key is missing, or a value has the wrong type.
 
     """
     if not isinstance(data, dict):

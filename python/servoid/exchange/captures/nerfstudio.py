@@ -1,4 +1,4 @@
-"""Opens `transforms.json`, as nerfstudio and instant-ngp have it, as a capture."""
+"""Opens `transforms.json`, the format of nerfstudio and instant-ngp, as a capture."""
 
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
@@ -19,18 +19,18 @@ from servoid.pose import Pose
 
 FILE_NAME = "transforms.json"
 
-# Of images that are named without one; as nerfstudio, instant-ngp and Blender scenes have them.
+# For image names without a suffix, as nerfstudio, instant-ngp and Blender scenes have them.
 _SUFFIXES = ("", ".png", ".jpg", ".jpeg", ".JPG", ".PNG")
-# nerfstudio's own default: depth images count millimetres.
+# nerfstudio's own default: depth images are in millimetres.
 _DEPTH_SCALE_M = 0.001
-# Its cameras look along -z with y up; servoid's look along z with y down.
+# Its cameras look along -z with y up; servoid's along z with y down.
 _GL_FROM_LENS = np.diag([1.0, -1.0, -1.0, 1.0])
 
 Row = tuple[float, float, float, float]
 
 
 class FrameEntry(LensKeys, frozen=True, kw_only=True):
-    """Holds one entry of `frames`: an image and where it was taken from."""
+    """Holds one entry of `frames`: an image and its pose."""
 
     file_path: str
     transform_matrix: tuple[Row, Row, Row, Row]
@@ -39,14 +39,14 @@ class FrameEntry(LensKeys, frozen=True, kw_only=True):
 
 
 class TransformsFile(LensKeys, frozen=True, kw_only=True):
-    """Holds a whole transforms.json; what it says of the lens holds unless an image says other."""
+    """Holds a whole transforms.json; its lens keys apply to images that have none of their own."""
 
     frames: tuple[FrameEntry, ...]
     depth_unit_scale_factor: Annotated[float, msgspec.Meta(gt=0)] = _DEPTH_SCALE_M
 
 
 def open_nerfstudio(path: str | Path) -> Capture:
-    """Open a transforms.json, or the folder that holds one, as a capture.
+    """Open a transforms.json, or the folder that contains one, as a capture.
 
     Images with the same lens become one camera; each is an observation of its own, in the order of
     the file. Lengths are in the file's unit.
@@ -54,8 +54,8 @@ def open_nerfstudio(path: str | Path) -> Capture:
     Raises:
         CaptureError: a file is missing or malformed, or a lens model is not supported.
         CameraError: a camera cannot exist.
-        ImageError: the file does not say how large an image is, and neither does the image.
-        PoseError: a `transform_matrix` is no rigid motion.
+        ImageError: neither the file nor the image states the image's size.
+        PoseError: a `transform_matrix` is not a rigid motion.
 
     """
     path = Path(path)
@@ -63,7 +63,7 @@ def open_nerfstudio(path: str | Path) -> Capture:
     table = read_table(path)
     if "ellipsoids" in table and "frames" not in table:
         raise CaptureError(
-            f"{path} is a body and no capture; name the folder of the images, and the body with "
+            f"{path} is a body, not a capture; name the folder of the images, and the body with "
             f"--body {path} to track it there"
         )
     file = read_struct(table, TransformsFile, str(path))
@@ -103,7 +103,7 @@ def _find_optional(path: Path, name: str | None, place: str) -> Path | None:
 
 
 def _find(path: Path, name: str, place: str, suffixes: Sequence[str] = ("",)) -> Path:
-    """Return the file that a name stands for."""
+    """Return the file to which a name refers."""
     check_inside(name, place)
     start = PurePosixPath(name)
     found = first_file(path.parent / start.with_name(start.name + suffix) for suffix in suffixes)

@@ -1,4 +1,4 @@
-"""What `transforms.json` says of a lens, for all images or for one."""
+"""The lens keys of `transforms.json`, for all images or for one."""
 
 import math
 from collections.abc import Callable
@@ -19,7 +19,7 @@ Angle = Annotated[float, msgspec.Meta(gt=0, lt=math.pi)]
 
 
 class LensKeys(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds the keys that may stand at the top of the file, or in the entry of an image."""
+    """Holds the keys that may be at the top of the file, or in the entry of an image."""
 
     camera_model: str | None = None
     is_fisheye: bool | None = None
@@ -43,7 +43,7 @@ class LensKeys(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class NerfLens:
-    """The numbers of a lens; images with equal ones share a camera."""
+    """The parameters of a lens; images with equal ones share a camera."""
 
     model: str
     size_px: tuple[int, int]
@@ -52,7 +52,7 @@ class NerfLens:
     distortion: tuple[float, ...]
 
     def make(self, place: str) -> Lens:
-        """Make the lens; CameraError if there can be none."""
+        """Make the lens; CameraError if it is impossible."""
         return make_lens(
             place,
             model=self.model,
@@ -66,7 +66,7 @@ class NerfLens:
 def read_lens(
     shared: LensKeys, own: LensKeys, image_size: Callable[[], tuple[int, int]], place: str
 ) -> NerfLens:
-    """Join what the file says of all images with what it says of one.
+    """Combine the keys for all images with those of one image.
 
     Raises:
         CaptureError: something is missing, or the lens model is not supported.
@@ -93,15 +93,15 @@ def read_lens(
         model=model,
         size_px=(width, height),
         focal_px=(focal_x, focal_x if focal_y is None else focal_y),
-        # Both programs cast rays through pixel + 0.5: they count from the corner of the first
-        # pixel, servoid from its centre.
+        # Both programs cast rays through pixel + 0.5: their origin is the corner of the first
+        # pixel, servoid's its centre.
         center_px=(center_x - 0.5, center_y - 0.5),
         distortion=distortion,
     )
 
 
 class _Keys:
-    """Looks a key up for one image: its own value if it has one, else that of all images."""
+    """Looks up a key for one image: its own value if it has one, else that of all images."""
 
     def __init__(self, shared: LensKeys, own: LensKeys) -> None:
         self._shared, self._own = shared, own

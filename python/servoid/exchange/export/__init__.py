@@ -1,4 +1,4 @@
-"""Bodies in the formats of simulators, planners and viewers."""
+"""Exports bodies to the formats of simulators, planners and viewers."""
 
 from servoid.exchange.export.exporting import (
     Exported,

@@ -1,4 +1,4 @@
-"""Turns a body into the files of a format."""
+"""Writes a body to the files of a format."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,13 +17,13 @@ from servoid.words import digits
 Frame = Literal["object", "world"]
 
 WATER_KG_M3 = 1000.0
-MOST_DENSITY = 1e6  # in kg/m³; no metal has more than 22,600
+MOST_DENSITY = 1e6  # in kg/m³; the densest metal has about 22,600
 _RESERVED = ("world",)  # what MuJoCo and SDFormat call their root
 
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written: the files, the one asked for first, and what the body weighs."""
+    """The written files, the requested one first, and the mass of the body."""
 
     files: tuple[Path, ...]
     volume_m3: float
@@ -40,16 +40,16 @@ def export_body(
     frame: Frame = "object",
     detail: int = DEFAULT_DETAIL,
 ) -> Exported:
-    """Write a body in a format of `FORMATS`; all files of it are written, or none.
+    """Write a body in a format of `FORMATS`; all of its files are written, or none.
 
-    `frame` says whose coordinates to use: the object's own, or the world's, in which the body stood
-    when it was modelled. `name` names the body inside the file; it is taken from the file's name if
-    None. `detail` sets the meshes' resolution: 20 * 4**detail triangles an ellipsoid.
+    `frame` selects the coordinates: the object's own, or the world's, in which the body was
+    modelled. `name` names the body inside the file; the default is the file's name. `detail` sets
+    the resolution of the meshes: 20 * 4**detail triangles per ellipsoid.
 
     Raises:
-        BodyError, PoseError: the numbers of `file` are no body.
-        ExportError: the format, frame, name, density or detail is none that exists, the path's
-            ending is not the format's, or the body's surface cannot be made.
+        BodyError, PoseError: the numbers of `file` do not describe a body.
+        ExportError: the format, frame, name, density or detail is invalid, the path's ending is not
+            the format's, or the body's surface cannot be made.
         MissingExtraError: obj, ply, glb and urdf need `pip install 'servoid[exchange]'`.
         OutputError: a file cannot be written.
 
@@ -75,11 +75,11 @@ def check_wish(
     frame: str = "object",
     detail: int = DEFAULT_DETAIL,
 ) -> None:
-    """Check what `export_body` is asked for, whatever the body is and where it is to be written.
+    """Check the options of `export_body`, whatever the body and the path are.
 
     Raises:
-        ExportError: the format, frame, name, density or detail is none that exists, or the path's
-            ending is not the format's.
+        ExportError: the format, frame, name, density or detail is invalid, or the path's ending is
+            not the format's.
 
     """
     _check_format(path, format)
@@ -90,12 +90,12 @@ def check_wish(
 
 
 def check_export(path: Path, format: str) -> None:  # noqa: A002
-    """Check that `export_body` can write `path` in `format`, and leave nothing behind.
+    """Check that `export_body` can write `path` in `format`, without leaving a file behind.
 
     Raises:
-        ExportError: there is no such format, or its files end in something else.
+        ExportError: the format does not exist, or its files have another ending.
         MissingExtraError: a library that it needs is not installed.
-        OutputError: the file, or one that goes beside it, cannot be written.
+        OutputError: the file, or one that belongs beside it, cannot be written.
 
     """
     _check_format(path, format)
@@ -108,10 +108,10 @@ def check_export(path: Path, format: str) -> None:  # noqa: A002
 
 
 def format_of(path: Path) -> str:
-    """Tell the format from a file's ending; .xml is MuJoCo's, .ply a mesh.
+    """Return the format for a file's ending; .xml is MuJoCo's, .ply a mesh.
 
     Raises:
-        ExportError: the ending tells nothing.
+        ExportError: the ending belongs to no format.
 
     """
     for name, one in FORMATS.items():
@@ -119,8 +119,8 @@ def format_of(path: Path) -> str:
             return name
     known = sorted({suffix for one in FORMATS.values() for suffix in one.suffixes})
     raise ExportError(
-        f"the ending of {path} tells no format; end the name in {_list(known)}, or say which of "
-        f"{_list(FORMATS)} to write"
+        f"the ending of {path} belongs to no format; end the name in {_list(known)}, or choose "
+        f"which of {_list(FORMATS)} to write"
     )
 
 
@@ -145,7 +145,7 @@ def _check_numbers(density_kg_m3: float, detail: int) -> None:
 
 
 def _name(path: Path, name: str | None) -> str:
-    """Return a name that every format accepts."""
+    """Return a name that is valid in every format."""
     if name is None:
         plain = plain_stem(path.stem)
         return f"{plain}_body" if plain in _RESERVED else plain

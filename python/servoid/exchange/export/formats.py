@@ -1,4 +1,4 @@
-"""The formats: the files of each, and how they are made."""
+"""The export formats: the files of each, and how they are made."""
 
 import re
 from collections.abc import Callable
@@ -21,9 +21,9 @@ Files = dict[str, bytes]
 
 @dataclass(frozen=True)
 class Format:
-    """A format: the endings of its files, the first being the usual one, and how it is made.
+    """A format: the endings of its files, the usual one first, and the function that makes them.
 
-    `beside` names the files that lie beside the one asked for, from the stem of its name.
+    `beside` returns the names of the files that belong beside the requested one, from its stem.
     """
 
     suffixes: tuple[str, ...]
@@ -33,7 +33,7 @@ class Format:
 
 
 def plain_stem(stem: str) -> str:
-    """Return a file's stem without what a name in a file may not hold."""
+    """Return a file's stem without characters that are invalid in names inside a file."""
     stem = re.sub(r"[^A-Za-z0-9_.-]", "_", stem).lstrip("_.-")
     return stem if NAME.fullmatch(stem) else f"body_{stem}".rstrip("_")
 

@@ -1,4 +1,4 @@
-"""The union's surface as OBJ, PLY and GLB."""
+"""Writes the surface of the union as OBJ, PLY and GLB."""
 
 import json
 import struct
@@ -27,7 +27,7 @@ def obj_text(surface: Surface, pieces: tuple[Piece, ...], name: str, materials: 
 
 
 def mtl_text(pieces: tuple[Piece, ...]) -> bytes:
-    """Return the materials of `obj_text`: a matt one an ellipsoid."""
+    """Return the materials for `obj_text`: a matt one per ellipsoid."""
     lines = []
     for index, piece in enumerate(pieces):
         color = " ".join(f"{channel:.6f}" for channel in piece.rgb)
@@ -58,9 +58,9 @@ def ply_bytes(surface: Surface, pieces: tuple[Piece, ...]) -> bytes:
 
 
 def glb_bytes(surface: Surface, pieces: tuple[Piece, ...], name: str) -> bytes:
-    """Return a GLB file: y up, as glTF demands, so that (x, y, z) is written as (x, z, -y)."""
+    """Return a GLB file: y up, as glTF requires, so that (x, y, z) is written as (x, z, -y)."""
     vertices = _y_up(surface.vertices)
-    # The numbers of a GLB are short; the place, a long one, is the node's.
+    # GLB vertices are float32; the position, which needs more digits, is the node's.
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
     places = (vertices - middle).astype("<f4")
     colors = np.ones((len(places), 4))
@@ -123,5 +123,5 @@ def _y_up(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _linear(colors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return linear light for the channels of sRGB, 0 to 1, as glTF wants it at vertices."""
+    """Convert sRGB channels to linear light, 0 to 1, as glTF requires at vertices."""
     return np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)

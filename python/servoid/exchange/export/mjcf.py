@@ -8,13 +8,13 @@ from servoid.errors import ExportError
 from servoid.exchange.export.solid import Solid
 from servoid.exchange.export.xml_text import document, numbers
 
-# What MuJoCo calls no mass and no positive inertia.
+# The limits below which MuJoCo rejects mass and inertia.
 LEAST_MASS_KG = 1e-15
 LEAST_INERTIA = 1e-14
 
 
 def mjcf_text(solid: Solid) -> bytes:
-    """Return an MJCF model. The inertia is the union's: what two ellipsoids hold weighs once.
+    """Return an MJCF model. The inertia is the union's: overlaps of ellipsoids count once.
 
     Raises:
         ExportError: the body is too light for MuJoCo.
@@ -23,8 +23,8 @@ def mjcf_text(solid: Solid) -> bytes:
     least = float(np.linalg.eigvalsh(solid.inertia)[0])
     if solid.mass_kg < LEAST_MASS_KG or least < LEAST_INERTIA:
         raise ExportError(
-            f"MuJoCo takes no body of {solid.mass_kg:.3g} kg and an inertia of {least:.3g} kg m²; "
-            f"the least are {LEAST_MASS_KG:g} kg and {LEAST_INERTIA:g} kg m²: give a higher "
+            f"MuJoCo rejects a body of {solid.mass_kg:.3g} kg and an inertia of {least:.3g} kg m²; "
+            f"the minimum is {LEAST_MASS_KG:g} kg and {LEAST_INERTIA:g} kg m²: give a higher "
             "density, or lengths in metres"
         )
     root = Element("mujoco", model=solid.name)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from servoid.exchange.export.solid import Piece, Solid
 from servoid.exchange.export.xml_text import document, numbers, pose_numbers
 
-VERSION = "1.8"  # the first with ellipsoids
+VERSION = "1.8"  # the first version with ellipsoids
 
 
 def sdf_text(solid: Solid) -> bytes:

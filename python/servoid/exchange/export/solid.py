@@ -10,7 +10,7 @@ from servoid._native import Pose
 from servoid.errors import ExportError
 from servoid.shape import BodyFile
 
-GREY = (180, 180, 180)  # where a body does not know its colour
+GREY = (180, 180, 180)  # for bodies without colours
 _LEAST_NORMAL = 1e-300
 
 Vector = NDArray[np.float64]
@@ -43,10 +43,10 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A rigid link: pieces and mass properties in its own frame, and where that frame goes.
+    """A rigid link: pieces and mass properties in its own frame, and the pose of that frame.
 
-    `frame_from_link` takes the link's frame to the frame that was asked for. `centroid` (3,) is in
-    metres, `inertia` (3, 3) about it in kg m², both in the link's axes.
+    `frame_from_link` maps the link's frame to the requested frame. `centroid` (3,) is in metres,
+    `inertia` (3, 3) about it in kg m², both in the link's axes.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Solid:
     inertia: NDArray[np.float64]
 
     def moved(self) -> "Solid":
-        """Return the same solid with all numbers in the frame that was asked for."""
+        """Return the same solid with all numbers in the requested frame."""
         pose = self.frame_from_link
         turn = pose.matrix()[:3, :3]
         return replace(
@@ -71,10 +71,10 @@ class Solid:
 
 
 def solid_of(file: BodyFile, name: str, density_kg_m3: float, frame_from_object: Pose) -> Solid:
-    """Weigh a body and give its link the object's frame.
+    """Compute the mass of a body and give its link the object's frame.
 
     Raises:
-        ExportError: the body is so small or large that its mass is no ordinary number.
+        ExportError: the body is so small or large that its mass overflows or underflows.
 
     """
     body = file.body()
@@ -85,8 +85,8 @@ def solid_of(file: BodyFile, name: str, density_kg_m3: float, frame_from_object:
     least = float(np.linalg.eigvalsh(inertia).min()) if np.isfinite(numbers).all() else 0.0
     if not (math.isfinite(mass) and mass > _LEAST_NORMAL and least > _LEAST_NORMAL):
         raise ExportError(
-            f"a body of {volume:.3g} m³ at {density_kg_m3:g} kg/m³ has no mass and inertia that "
-            "numbers can hold; are its lengths in metres?"
+            f"a body of {volume:.3g} m³ at {density_kg_m3:g} kg/m³ has a mass and inertia that "
+            "floating-point numbers cannot represent; are its lengths in metres?"
         )
     pieces = tuple(
         Piece(Pose.from_parts(center, rotation), radii, entry.color or GREY)

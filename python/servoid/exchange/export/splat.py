@@ -1,4 +1,4 @@
-"""A body as Gaussians, in the PLY file that viewers of Gaussian splatting read."""
+"""Writes a body as Gaussians, in the PLY format of Gaussian splatting viewers."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 def splat_bytes(solid: Solid) -> bytes:
     """Return flat Gaussians on the surface of the union, each in its ellipsoid's colour.
 
-    One Gaussian an ellipsoid would be a haze: half its light is outside the radius at which the
-    other half ends. Flat ones on the surface look solid, with an edge as sharp as they are small.
+    One Gaussian per ellipsoid would be a haze: half its light is outside the radius that contains
+    the other half. Small flat ones on the surface look solid, with an edge as sharp as their size.
     """
     rows = [_splats(piece, index, solid.pieces) for index, piece in enumerate(solid.pieces)]
     table = np.concatenate(rows).astype("<f4")
@@ -45,7 +45,7 @@ def _splats(piece: Piece, index: int, pieces: tuple[Piece, ...]) -> Array:
     for other_index, other in enumerate(pieces):
         if other_index != index:
             inside = np.linalg.norm(_in_ball(other, points), axis=1)
-            # Of two ellipsoids that coincide, the first keeps its surface.
+            # If two ellipsoids coincide, the first keeps its surface.
             bare &= inside >= (1.0 if other_index < index else 1.0 - 1e-9)
     directions, points = directions[bare], points[bare]
     scales, quaternions = _shapes(piece, directions)
@@ -60,8 +60,8 @@ def _splats(piece: Piece, index: int, pieces: tuple[Piece, ...]) -> Array:
 def _shapes(piece: Piece, directions: Array) -> tuple[Array, Array]:
     """Return sigmas (N, 3) and rotations (N, 4) as (w, x, y, z) of the Gaussians.
 
-    A round disc on the unit ball, carried along by what makes the ball the ellipsoid: discs that
-    cover the ball cover the ellipsoid.
+    Each is a round disc on the unit ball, mapped by the transform from the ball to the ellipsoid:
+    discs that cover the ball then cover the ellipsoid.
     """
     sigma = SIGMA * np.sqrt(4.0 * np.pi / SPLATS)
     along = np.einsum("ni,nj->nij", directions, directions)
@@ -89,7 +89,7 @@ def _quaternions(rotations: Array) -> Array:
     """Return the unit quaternions (N, 4) as (w, x, y, z) of rotations (N, 3, 3)."""
     r = rotations
     trace = np.trace(r, axis1=1, axis2=2)
-    # The largest of the four squares: no cancellation, whatever the rotation.
+    # The largest of the four squares: no cancellation for any rotation.
     squares = np.stack([trace, r[:, 0, 0], r[:, 1, 1], r[:, 2, 2]], axis=1)
     products = np.empty((len(r), 4, 4))
     products[:, 0, 0] = 1.0 + trace

@@ -25,8 +25,8 @@ Faces = NDArray[np.int64]
 class Surface:
     """A closed mesh, its faces counterclockwise from outside.
 
-    `vertices` (V, 3) float64 in metres, `faces` (F, 3) int64, `owners` (F,) int64: the ellipsoid
-    that each face belongs to, rising.
+    `vertices` (V, 3) float64 in metres, `faces` (F, 3) int64, `owners` (F,) int64: the ellipsoid of
+    each face, in ascending order.
     """
 
     vertices: Points
@@ -34,7 +34,7 @@ class Surface:
     owners: NDArray[np.int64]
 
     def vertex_colors(self, pieces: tuple[Piece, ...]) -> NDArray[np.float64]:
-        """Return colours (V, 3) from 0 to 255; on a seam, the mean of the faces that meet there."""
+        """Return colours (V, 3) from 0 to 255; on a seam, the mean of the adjacent faces."""
         colors = np.array([piece.color for piece in pieces], np.float64)[self.owners]
         sums = np.zeros_like(self.vertices)
         counts = np.zeros(len(self.vertices))
@@ -44,7 +44,7 @@ class Surface:
         return sums / counts[:, None]
 
     def vertex_normals(self) -> NDArray[np.float64]:
-        """Return unit normals (V, 3) outwards, the mean of the faces' by area."""
+        """Return outward unit normals (V, 3), the area-weighted mean of the faces' normals."""
         first, second, third = (self.vertices[corner] for corner in self.faces.T)
         areas = np.cross(second - first, third - first)
         sums = np.zeros_like(self.vertices)
@@ -68,7 +68,7 @@ def check_libraries() -> None:
 
 @lru_cache
 def ball(detail: int) -> tuple[Points, Faces]:
-    """Return vertices and faces of a polyhedron near the unit ball, and of the ball's volume."""
+    """Return vertices and faces of a polyhedron near the unit ball, with the ball's volume."""
     import trimesh
 
     mesh = trimesh.creation.icosphere(subdivisions=detail)
@@ -94,7 +94,7 @@ def union_surface(pieces: tuple[Piece, ...], detail: int) -> Surface:
     first_id = manifold3d.Manifold.reserve_ids(len(pieces))
     solids = []
     for index, piece in enumerate(pieces):
-        # Scaled to about 1, the size for which the library's tolerances are made.
+        # Scaled to about 1, the size for which the library's tolerances are designed.
         points = (vertices @ piece.factor.T + piece.center - middle) / reach
         mesh = manifold3d.Mesh64(
             vert_properties=np.ascontiguousarray(points),

@@ -1,4 +1,4 @@
-"""A body for readers of URDF, which knows no ellipsoids: meshes stand for them."""
+"""Writes a body as URDF, which has no ellipsoids: meshes represent them."""
 
 from xml.etree.ElementTree import Element, SubElement
 
@@ -10,7 +10,7 @@ def urdf_text(solid: Solid, visual: str, ball: str) -> bytes:
     """Return a URDF robot of one link, in the coordinates of that link.
 
     `visual` is the file of the union's surface, `ball` that of a unit ball, which is scaled to each
-    ellipsoid's radii for collision; both lie beside the URDF file.
+    ellipsoid's radii for collision; both are beside the URDF file.
     """
     root = Element("robot", name=solid.name)
     link = SubElement(root, "link", name=solid.name)
@@ -23,7 +23,7 @@ def urdf_text(solid: Solid, visual: str, ball: str) -> bytes:
         "inertia",
         {f"i{'xyz'[i]}{'xyz'[j]}": numbers([solid.inertia[i, j]]) for i, j in entries},
     )
-    # Without a material of its own, which would hide the colours of the mesh.
+    # No material here: it would override the colours of the mesh.
     looks = SubElement(link, "visual", name=f"{solid.name}_surface")
     SubElement(SubElement(looks, "geometry"), "mesh", filename=visual)
     for index, piece in enumerate(solid.pieces):

@@ -1,4 +1,4 @@
-"""Numbers, rotations and documents as the XML of robots has them."""
+"""Formats numbers, rotations and documents for the XML of robot descriptions."""
 
 import math
 from collections.abc import Iterable
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Return numbers with spaces between them."""
+    """Return numbers separated by spaces."""
     return " ".join(f"{float(value) + 0.0:.12g}" for value in values)  # + 0.0 makes -0 a 0
 
 
@@ -20,7 +20,7 @@ def roll_pitch_yaw(rotation: NDArray[np.float64]) -> tuple[float, float, float]:
     if level > 1e-9:
         roll = math.atan2(rotation[2, 1], rotation[2, 2])
         return roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0])
-    # Straight up or down only the sum of roll and yaw is defined.
+    # At a pitch of ±90 degrees, only the sum of roll and yaw is defined.
     return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
 
 

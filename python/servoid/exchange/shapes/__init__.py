@@ -1,1 +1,1 @@
-"""Meshes and point clouds."""
+"""Reads meshes and point clouds."""

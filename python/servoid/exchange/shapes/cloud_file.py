@@ -24,10 +24,10 @@ _COLORS = (
 
 @dataclass(frozen=True)
 class CloudFile:
-    """A point cloud: finite points, and what had to be said while they were read.
+    """A point cloud: its finite points, and the notes from reading it.
 
-    `points`: (N, 3) float64, metres. `normals`: (N, 3) float64, of length 1, or zero where the
-    file has none; None if it has none at all. `colors`: (N, 3) uint8, RGB, or None.
+    `points`: (N, 3) float64, metres. `normals`: (N, 3) float64, of length 1, or zero where the file
+    has none; None if it has none at all. `colors`: (N, 3) uint8, RGB, or None.
     """
 
     points: NDArray[np.float64]
@@ -37,7 +37,7 @@ class CloudFile:
 
 
 def is_cloud(path: Path) -> bool:
-    """Say if a file is a PLY file with points and without faces.
+    """Return whether a file is a PLY file with points and without faces.
 
     Raises:
         MeshError: the file cannot be read, or it is a PLY file with a damaged header.
@@ -52,13 +52,13 @@ def is_cloud(path: Path) -> bool:
 
 
 def read_cloud(path: Path) -> CloudFile:
-    """Read a point cloud from a PLY file, in text or in either order of bytes.
+    """Read a point cloud from a PLY file, in text or in either byte order.
 
-    Points that are not finite are dropped, and a note says so; faces are ignored.
+    Points that are not finite are dropped, which a note reports; faces are ignored.
 
     Raises:
-        MeshError: the file is missing, damaged, promises more than it holds, or has no points, or
-            more than half of them are not finite.
+        MeshError: the file is missing or damaged, its header promises more than it contains, it has
+            no points, or more than half of them are not finite.
 
     """
     data = read_bytes(path, MeshError, SHAPE_FILE)
@@ -96,13 +96,13 @@ def _vertex_rows(path: Path, data: bytes, header: PlyHeader) -> dict[str, NDArra
     """Read the values of each scalar property of the points."""
     vertex = header.element("vertex")
     if vertex is None or vertex.count == 0 or not vertex.properties:
-        raise MeshError(f"{path} holds no points: its header has no element 'vertex' with rows")
+        raise MeshError(f"{path} has no points: its header has no element 'vertex' with rows")
     before = header.elements[: header.elements.index(vertex)]
     for element in (*before, vertex):
         for one in element.properties:
             if one.length_code is not None and element.count:
                 raise MeshError(
-                    f"{path}: the list '{one.name}' of '{element.name}' stands before the end of "
+                    f"{path}: the list '{one.name}' of '{element.name}' is before the end of "
                     "the points, which is not supported; export plain points"
                 )
     if header.order:
@@ -121,7 +121,7 @@ def _vertex_rows(path: Path, data: bytes, header: PlyHeader) -> dict[str, NDArra
 
 
 def _dtype(element: PlyElement, order: str) -> np.dtype[np.void]:
-    # Fields are named by number: two properties of one file may have the same name.
+    # Fields are named by number: two properties of a file may have the same name.
     return np.dtype(
         [(f"{index}", f"{order}{one.code}") for index, one in enumerate(element.properties)]
     )
@@ -143,17 +143,17 @@ def _read_text(path: Path, body: bytes, skip: int, vertex: PlyElement) -> NDArra
                 f"{path}, point {number}: {counted(len(row), 'value was', 'values were')} given, "
                 f"not {width}"
             )
-        # An array of texts is as wide as its longest text.
+        # A NumPy array of strings is as wide as its longest string.
         if max(map(len, row)) > _LONGEST_NUMBER:
             raise MeshError(f"{path}, point {number}: a value is too long to be a number")
     try:
         return np.array(rows).astype(np.float64)
     except ValueError as reason:
-        raise MeshError(f"{path}: a value of a point is no number ({reason})") from reason
+        raise MeshError(f"{path}: a value of a point is not a number ({reason})") from reason
 
 
 def _columns(rows: dict[str, NDArray[np.generic]], names: tuple[str, ...]) -> NDArray[np.float64]:
-    with np.errstate(invalid="ignore"):  # a signalling NaN warns, and is not finite like any other
+    with np.errstate(invalid="ignore"):  # a signalling NaN warns; like any NaN it is not finite
         return np.stack([rows[name].astype(np.float64) for name in names], axis=1)
 
 
@@ -162,7 +162,7 @@ def _read_normals(rows: dict[str, NDArray[np.generic]]) -> NDArray[np.float64] |
         return None
     normals = _columns(rows, _NORMAL)
     normals[~np.isfinite(normals).all(axis=1)] = 0.0
-    # Divided by the largest part first, lest squares overflow.
+    # Divide by the largest component first, so that squares do not overflow.
     largest = np.abs(normals).max(axis=1, keepdims=True)
     normals = np.divide(normals, largest, out=np.zeros_like(normals), where=largest > 0.0)
     length = np.linalg.norm(normals, axis=1, keepdims=True)

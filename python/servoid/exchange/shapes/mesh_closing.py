@@ -1,4 +1,4 @@
-"""Closes triangle meshes, face by face or by building them anew, and says what it did."""
+"""Closes triangle meshes, face by face or by rebuilding them, and reports what was done."""
 
 from dataclasses import replace
 
@@ -25,24 +25,24 @@ from servoid.exchange.shapes.mesh_seams import join_seams, loose, without_twins
 from servoid.words import digits, were
 
 _LEAST_VOLUME = 1e-9  # of the cube of the mesh's diagonal
-_LEAST_REBUILT = 1e-4  # likewise, of what was built anew: less lies between the sides of a sheet
-_LOOSE_CELLS = 32  # along the longest side, in which loose sheets are looked at
-_SEES = 0.02  # of the sky, by which a patch must see more in front than behind, or less
-_MOST_BACKWARD = 0.02  # of the volume, around which patches of holes may wind the wrong way
-_PLACES = 4096  # at which that is looked at
+_LEAST_REBUILT = 1e-4  # likewise, of a rebuilt mesh: a sheet encloses less
+_LOOSE_CELLS = 32  # along the longest side, for the test of loose sheets
+_SEES = 0.02  # difference of visible sky that decides which side of a patch is outside
+_MOST_BACKWARD = 0.02  # of the volume, around which patches of holes may have the wrong winding
+_PLACES = 4096  # sample points for that
 _REMEDY = "close the mesh in a mesh editor, or give its vertices as a point cloud"
 
 
 def close_mesh(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces, tuple[str, ...]]:
-    """Close a mesh so that it looks outward; notes say what was done.
+    """Close a mesh so that its faces point outward; notes report what was done.
 
-    What takes little is done first: corners at one place, or across a crack, are joined, faces that
-    are double, loose or without area dropped, faces turned and holes filled. Where that does not
-    close it, its surface is built anew around what its faces wind around.
+    Small repairs come first: corners at one position, or across a crack, are merged; double, loose
+    and degenerate faces are dropped; faces are flipped and holes filled. If these do not close the
+    mesh, its surface is rebuilt where the winding number of its faces is one half.
 
     Raises:
-        MeshError: it encloses nothing, or most of what would enclose it is a guess; the message
-            says what is wrong with it, and where.
+        MeshError: the mesh encloses nothing, or most of the surface around it would be a guess; the
+            message says what is wrong with the mesh, and where.
 
     """
     notes: list[str] = []
@@ -67,7 +67,7 @@ def close_mesh(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces, tuple
 
 
 def _without_loose(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
-    """Drop sheets beside a closed surface, unless they enclose something themselves."""
+    """Drop sheets beside a closed surface, unless they enclose a volume themselves."""
     gone = loose(vertices, faces)
     if not gone.any():
         return faces
@@ -81,17 +81,17 @@ def _without_loose(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
     count = int(gone.sum())
     were = "face of a loose sheet was" if count == 1 else "faces of loose sheets were"
     notes.append(
-        f"{count} {were} dropped, around {place(vertices[faces[gone]].reshape(-1, 3))}: nothing is "
-        "enclosed there that the closed surface does not"
+        f"{count} {were} dropped, around {place(vertices[faces[gone]].reshape(-1, 3))}: they "
+        "enclose nothing that the closed surface does not"
     )
     return faces[~gone]
 
 
 def _filled(vertices: Vertices, faces: Faces) -> Filled:
-    """Turn what is open outward, close its holes, and turn the rest.
+    """Orient the open parts outward, close their holes, and orient the rest.
 
     Raises:
-        MeshError: the holes cannot be closed, or nothing is enclosed then.
+        MeshError: the holes cannot be closed, or nothing is enclosed afterwards.
 
     """
     if not Edges.of(faces).balance.any():
@@ -107,14 +107,14 @@ def _filled(vertices: Vertices, faces: Faces) -> Filled:
         backward = _backward(filled)
     if len(backward):
         raise MeshError(
-            "the mesh is open, and what closes its holes face by face would go through other "
+            "the mesh is open, and patches of its holes would intersect other "
             f"faces, around {place(backward)}"
         )
     return filled
 
 
 def _outward(filled: Filled, is_known: NDArray[np.bool_]) -> Filled:
-    """Turn the parts outward of which it is not known that they are.
+    """Orient the parts outward whose orientation is not known.
 
     Raises:
         MeshError: nothing is enclosed.
@@ -127,9 +127,9 @@ def _outward(filled: Filled, is_known: NDArray[np.bool_]) -> Filled:
 
 
 def _backward(filled: Filled) -> Vertices:
-    """Find places around which the mesh winds the wrong way, if they are more than a trace.
+    """Find positions around which the mesh has the wrong winding, if they are more than a trace.
 
-    There what closes a hole went through other faces.
+    There, the patch of a hole intersects other faces.
     """
     low, high = filled.vertices.min(axis=0), filled.vertices.max(axis=0)
     places = np.random.default_rng(0).uniform(low, high, (_PLACES, 3))
@@ -150,7 +150,7 @@ def _check_volume(vertices: Vertices, faces: Faces) -> None:
 
 
 def _rebuilt(vertices: Vertices, faces: Faces, fault: MeshError) -> Rebuilt:
-    """Build the surface anew.
+    """Rebuild the surface.
 
     Raises:
         MeshError: nothing is enclosed, or too much of the surface would be a guess.
@@ -170,8 +170,8 @@ def _rebuilt(vertices: Vertices, faces: Faces, fault: MeshError) -> Rebuilt:
 
 def _rebuilt_notes(new: Rebuilt, faces: Faces, fault: MeshError) -> list[str]:
     notes = [
-        f"{fault}: so the surface was built anew around what its faces wind around, of cells of "
-        f"{digits(new.cell)} m; what is thinner may be lost"
+        f"{fault}: so the surface was rebuilt by the winding number of its faces, with cells of "
+        f"{digits(new.cell)} m; thinner parts may be lost"
     ]
     if new.guessed > 0.005:
         notes.append(
@@ -184,4 +184,4 @@ def _rebuilt_notes(new: Rebuilt, faces: Faces, fault: MeshError) -> list[str]:
 
 
 def _turned_note(turned: int, count: int) -> str:
-    return f"{turned} of {count} faces looked the wrong way and {were(turned)} turned"
+    return f"{turned} of {count} faces had the wrong orientation and {were(turned)} flipped"

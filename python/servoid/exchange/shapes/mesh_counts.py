@@ -1,4 +1,4 @@
-"""Checks that a mesh file can hold what it promises, before anything is made for it."""
+"""Checks that a mesh file can contain what its header promises, before memory is allocated."""
 
 import json
 import struct
@@ -21,10 +21,10 @@ _CUT_SHORT = "it is cut short or damaged, copy it again"
 
 
 def check_counts(path: Path, data: bytes) -> None:
-    """Check the beginning and the counts of a file by the ending of its name.
+    """Check the first bytes and the counts of a file by the ending of its name.
 
     Raises:
-        MeshError: it is of another format, or promises more than it holds.
+        MeshError: it has another format, or promises more than it contains.
 
     """
     suffix = path.suffix.lower()
@@ -37,7 +37,7 @@ def check_counts(path: Path, data: bytes) -> None:
     elif suffix == ".glb":
         _check_glb(path, data)
     elif b"\0" in data[:1024]:
-        raise MeshError(f"{path} is no OBJ file: it is not text; export it again")
+        raise MeshError(f"{path} is not an OBJ file: it is not text; export it again")
 
 
 def _check_stl(path: Path, data: bytes) -> None:
@@ -47,7 +47,9 @@ def _check_stl(path: Path, data: bytes) -> None:
             raise MeshError(f"{path} has no line 'endsolid' at its end; {_CUT_SHORT}")
         return
     if len(data) < _STL_HEAD:
-        raise MeshError(f"{path} is no STL file: {len(data)} bytes hold no header; export it again")
+        raise MeshError(
+            f"{path} is not an STL file: {len(data)} bytes are too few; export it again"
+        )
     (count,) = struct.unpack_from("<I", data, 80)
     if _STL_HEAD + _STL_FACE * count > len(data):
         raise MeshError(
@@ -63,7 +65,7 @@ def _check_off(path: Path, data: bytes) -> None:
         if len(words) >= 4:
             break
     if not words or not words[0].upper().startswith(b"OFF"):
-        raise MeshError(f"{path} is no OFF file: it does not begin with the word 'OFF'")
+        raise MeshError(f"{path} is not an OFF file: it does not begin with the word 'OFF'")
     words = ([words[0][3:]] if words[0][3:] else []) + words[1:]
     counts = words[:2]
     if len(counts) < 2 or not all(word.isdigit() and len(word) < 19 for word in counts):
@@ -84,7 +86,7 @@ def _check_off(path: Path, data: bytes) -> None:
 
 
 def _count_numbers(data: bytes) -> int:
-    """Count words, what is in comments, too; a piece at a time, as files may be large."""
+    """Count words, including those in comments, in chunks, as files may be large."""
     count, blank_before = 0, True
     for first in range(0, len(data), _PIECE):
         blank = np.frombuffer(data, np.uint8, min(_PIECE, len(data) - first), first) <= ord(" ")
@@ -95,7 +97,9 @@ def _count_numbers(data: bytes) -> int:
 
 def _check_glb(path: Path, data: bytes) -> None:
     if len(data) < _GLB_HEAD + _CHUNK_HEAD or data[:4] != b"glTF":
-        raise MeshError(f"{path} is no GLB file: it does not begin with 'glTF'; export it as GLB")
+        raise MeshError(
+            f"{path} is not a GLB file: it does not begin with 'glTF'; export it as GLB"
+        )
     version, total = struct.unpack_from("<II", data, 4)
     if version != 2:
         raise MeshError(f"{path} is GLB of version {version}; version 2 can be read")
@@ -116,18 +120,18 @@ def _check_glb(path: Path, data: bytes) -> None:
     try:
         _check_gltf(path, tree, room)
     except (TypeError, KeyError, IndexError, AttributeError) as reason:
-        raise MeshError(f"{path}: its JSON is no glTF ({reason}); export it again") from reason
+        raise MeshError(f"{path}: its JSON is not glTF ({reason}); export it again") from reason
 
 
 def _check_gltf(path: Path, tree: dict[str, Any], room: int) -> None:
     for buffer in [*tree.get("buffers", []), *tree.get("images", [])]:
         if buffer.get("uri") is not None:
             raise MeshError(
-                f"{path} names the file '{str(buffer['uri'])[:40]}'; a GLB file must hold all of "
-                "itself, so export it without outside files"
+                f"{path} names the file '{str(buffer['uri'])[:40]}'; a GLB file must contain all "
+                "of its data, so export it without external files"
             )
     _check_views(path, tree, room)
-    # Many nodes may show one mesh, each time with faces of its own.
+    # Many nodes may use one mesh, each with faces of its own.
     rows = [one["count"] for one in tree.get("accessors", [])]
     sizes = [
         sum(rows[one.get("indices", one["attributes"]["POSITION"])] for one in mesh["primitives"])
@@ -136,7 +140,7 @@ def _check_gltf(path: Path, tree: dict[str, Any], room: int) -> None:
     total = sum(sizes[node["mesh"]] for node in tree.get("nodes", []) if "mesh" in node)
     if total > _MOST_ROWS:
         raise MeshError(
-            f"{path}: its nodes show {total} corners of faces, at most {_MOST_ROWS} are read; "
+            f"{path}: its nodes have {total} corners of faces, at most {_MOST_ROWS} are read; "
             "simplify the scene first"
         )
 

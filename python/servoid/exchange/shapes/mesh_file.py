@@ -18,12 +18,12 @@ SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
 _LONGEST = 1e6  # metres; squares and cubes of lengths stay far from overflow
 _SUSPICIOUS = 10.0
 _TINY = 1e-3
-_LEAST = 1e-6  # metres; what the core can tell from a point
+_LEAST = 1e-6  # metres; the smallest size that the core distinguishes from a point
 
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A closed mesh whose faces look outward, and what had to be said while it was read.
+    """A closed mesh whose faces point outward, and the notes from reading it.
 
     `vertices`: (V, 3) float64, metres. `faces`: (F, 3) int64, counter-clockwise from outside.
     """
@@ -34,23 +34,23 @@ class MeshFile:
 
 
 def read_mesh(path: Path) -> MeshFile:
-    """Read a mesh, and close it; notes say what was changed.
+    """Read a mesh, and close it; notes report what was changed.
 
-    Corners at the same place or across a crack become one vertex, faces without area, that are
-    there twice or stand loosely beside the rest are dropped, faces are turned outward, and holes
-    are closed. What is not closed then is built anew around what its faces wind around. Lengths are
-    taken for metres.
+    Corners at the same position or across a crack are merged. Degenerate and duplicate faces, and
+    loose ones beside the rest, are dropped. Faces are oriented outward, and holes are closed. If
+    the mesh is still open, its surface is rebuilt where the winding number of its faces is one
+    half. Lengths are assumed to be in metres.
 
     Raises:
-        MeshError: the file is missing, damaged or of another format, promises more than it holds,
-            or its mesh encloses nothing that could be told.
+        MeshError: the file is missing, damaged or of another format, its header promises more than
+            it contains, or its mesh encloses no volume that could be determined.
         MissingExtraError: trimesh is not installed.
 
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise MeshError(
-            f"{path} is no mesh that can be read: its name ends in '{path.suffix}'; known "
+            f"{path} is not a mesh that can be read: its name ends in '{path.suffix}'; known "
             f"endings are {', '.join(SUFFIXES)}"
         )
     data = read_bytes(path, MeshError, SHAPE_FILE)
@@ -65,7 +65,7 @@ def read_mesh(path: Path) -> MeshFile:
 
 
 def _parse(path: Path, data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Let trimesh read the file's content; materials and other files are never opened."""
+    """Parse the file's content with trimesh; materials and other files are never opened."""
     try:
         import trimesh
     except ImportError as error:
@@ -104,7 +104,7 @@ def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> N
         )
     if np.abs(vertices).max() > _LONGEST:
         raise MeshError(
-            f"a vertex lies {np.abs(vertices).max():.3g} m from the origin; lengths are metres, "
+            f"a vertex is {np.abs(vertices).max():.3g} m from the origin; lengths are metres, "
             f"at most {_LONGEST:.0e}; scale the mesh"
         )
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))

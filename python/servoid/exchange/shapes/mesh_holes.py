@@ -1,4 +1,4 @@
-"""Finds the holes of a triangle mesh and closes them, and says how much of it is a guess."""
+"""Finds and closes the holes of a triangle mesh, and reports how much of it is a guess."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -22,21 +22,21 @@ from servoid.exchange.shapes.mesh_repair import (
 from servoid.words import counted
 
 MOST_GUESSED = 0.4  # of the surface: half a ball lacks a third of it, a sheet a half
-_LARGE = 0.1  # across, of the mesh's diagonal: what closes larger holes is told as a guess,
-_TOLD = 0.005  # if it is more of the surface than that
-_TOLD_APART = 0.02  # of the volume: if flat and curved patches differ by more, that is told
-_INNER = 0.02  # of the mesh's diagonal, by which the inner of two walls may stand out
-_FACING = float(np.cos(np.radians(40.0)))  # of what two holes look at, to each other
-_ALIKE = 0.6  # of the width of one, which another must have
-_GAP = 2.5  # of the width, at most between two that face each other
+_LARGE = 0.1  # across, of the mesh's diagonal: patches of larger holes are reported as a guess,
+_TOLD = 0.005  # if their share of the surface is larger than this
+_TOLD_APART = 0.02  # of the volume: a larger difference between flat and curved patches is reported
+_INNER = 0.02  # of the mesh's diagonal, by which the inner of two walls may protrude
+_FACING = float(np.cos(np.radians(40.0)))  # of the directions of two holes that face each other
+_ALIKE = 0.6  # smallest ratio of the widths of two matching holes
+_GAP = 2.5  # largest distance between two facing holes, in widths
 _TINY = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True, eq=False)
 class Filled:
-    """A mesh without holes: its own vertices and faces, and then those that are new.
+    """A mesh without holes: its own vertices and faces, followed by the new ones.
 
-    `is_curved` says whether a patch is not flat, and `notes` what was done.
+    `is_curved` is true if a patch is not flat; `notes` report what was done.
     """
 
     vertices: Vertices
@@ -54,11 +54,11 @@ class _Hole:
 
 
 def fill(vertices: Vertices, faces: Faces, *, may_curve: bool) -> Filled:
-    """Close all holes of a mesh whose faces look to one side where they share an edge.
+    """Close all holes of a mesh whose faces have consistent orientations at shared edges.
 
     Raises:
-        MeshError: three faces meet at an edge, or the patches are too much of the surface; the
-            message says where.
+        MeshError: three faces meet at an edge, or the patches cover too much of the surface; the
+            message gives the position.
 
     """
     edges = Edges.of(faces)
@@ -109,7 +109,7 @@ def _check_crowd(vertices: Vertices, faces: Faces, edges: Edges) -> None:
     ends = directed(faces)[edges.edge == crowded[0]][0]
     raise MeshError(
         f"{counted(len(crowded), 'edge has', 'edges have')} faces that no closed surface has "
-        f"there: three or more, or two that look to different sides; one is at "
+        f"there: three or more, or two of opposite orientation; one is at "
         f"{place(vertices[ends])}"
     )
 
@@ -122,7 +122,7 @@ def _closed_note(holes: list[_Hole]) -> str:
 
 
 def _guess_note(guessed: float, at: str, apart: float) -> str:
-    """Say what share of a surface is a guess, and by what share the volume hangs on it."""
+    """Report the guessed share of a surface, and how much the volume depends on it."""
     share = max(100.0 * guessed, 1.0)
     note = f"{share:.0f} % of the surface, most around {at}, is a guess: there was no face"
     if apart <= _TOLD_APART:
@@ -131,7 +131,7 @@ def _guess_note(guessed: float, at: str, apart: float) -> str:
 
 
 def _facing_notes(holes: list[_Hole]) -> list[str]:
-    """Tell of two holes that face each other as the ends of a broken handle do."""
+    """Report pairs of holes that face each other like the ends of a broken handle."""
     most = max(hole.across for hole in holes)
     large = [hole for hole in holes if hole.across > _ALIKE * most]
     for index, one in enumerate(large):
@@ -143,14 +143,14 @@ def _facing_notes(holes: list[_Hole]) -> list[str]:
             if min(looks) > _FACING and least > _ALIKE * widest and far < _GAP * widest:
                 return [
                     f"the holes around {place(one.rim)} and {place(other.rim)} face each other and "
-                    "were closed each for itself; if the object goes on between them, join them in "
+                    "were closed separately; if the object continues between them, join them in "
                     "a mesh editor"
                 ]
     return []
 
 
 def _apart_notes(vertices: Vertices, faces: Faces, holes: list[_Hole]) -> list[str]:
-    """Tell of parts with holes that lie beside each other."""
+    """Report parts with holes that are beside each other."""
     part = parts(vertices, faces)
     large = [hole for hole in holes if hole.across > _LARGE * size(vertices)]
     of_vertex = np.zeros(len(vertices), dtype=np.int64)
@@ -170,13 +170,13 @@ def _apart_notes(vertices: Vertices, faces: Faces, holes: list[_Hole]) -> list[s
     if sum(beside) < 2:
         return []
     return [
-        f"{sum(beside)} parts with holes were closed each for itself; if they belong together, "
+        f"{sum(beside)} parts with holes were closed separately; if they belong together, "
         "join them in a mesh editor"
     ]
 
 
 def _looking(hole: _Hole) -> NDArray[np.float64]:
-    """Return the direction in which one looks out of a hole."""
+    """Return the direction that points out of a hole."""
     out = normal(hole.rim)
     return out / max(float(np.linalg.norm(out)), _TINY)
 
@@ -184,7 +184,7 @@ def _looking(hole: _Hole) -> NDArray[np.float64]:
 def _slopes(
     vertices: Vertices, faces: Faces, edges: Edges
 ) -> dict[tuple[int, int], NDArray[np.float64]]:
-    """Return, for each open edge turned around, the way from it into its face."""
+    """Return, for each reversed open edge, the direction from it into its face."""
     at = np.flatnonzero(edges.is_open)
     ends = directed(faces)[at]
     third = faces[at % len(faces), (at // len(faces) + 2) % 3]
@@ -197,7 +197,7 @@ def _slopes(
 
 
 def _loops(edges: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Join the open edges, each turned around, to loops that pass no vertex twice."""
+    """Join the reversed open edges to loops that visit no vertex twice."""
     following: dict[int, list[int]] = defaultdict(list)
     for start, end in edges.tolist():
         following[end].append(start)

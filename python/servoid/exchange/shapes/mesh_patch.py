@@ -1,4 +1,4 @@
-"""Closes one hole of a triangle mesh by a patch, flat or curved as the surface around is."""
+"""Closes one hole of a triangle mesh with a patch, flat or curved like the surrounding surface."""
 
 from dataclasses import dataclass
 
@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from servoid.exchange.shapes.mesh_repair import Faces, Vertices, signed_volume, size
 
 _SAMPLES = 256  # of a rim
-_WAVES = 6  # around a rim, up to which its slope counts: finer ones are the triangles' own
-_CURVED_FROM = 12  # edges of a rim: fewer say too little of the slope
-_ROUND = 0.2  # area over that of a circle of the same length: less is a slit
-_EDGES_A_RING = 6  # of the rim, for each ring of new vertices between it and the middle
+_WAVES = 6  # around a rim, the maximum for its slope: finer ones are noise of the triangles
+_CURVED_FROM = 12  # edges of a rim: fewer do not determine the slope
+_ROUND = 0.2  # ratio of the area to that of a circle of the same length: less is a slit
+_EDGES_A_RING = 6  # of the rim, per ring of new vertices between it and the centre
 _MOST_RINGS = 16
-# A rim was cut if its vertices lie in a plane: in the mean square to the first share of its width,
-# as one draws it, or to the second, as triangles of a scan do, if the surface stands within 30
-# degrees of upright on it.
+# A rim is a cut if its vertices are in a plane: with an RMS distance of at most the first share of
+# its width, as in drawn meshes, or of the second, as in scans, if the surface is within 30 degrees
+# of perpendicular to the plane.
 _DRAWN = 1e-3
 _IN_PLANE = 0.04
 _UPRIGHT = float(np.cos(np.radians(30.0)))
@@ -23,10 +23,10 @@ _UPRIGHT = float(np.cos(np.radians(30.0)))
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """What closes a hole: new vertices, and faces that count them on from a given number.
+    """The patch of a hole: new vertices, and faces that number them from a given index.
 
     `apart` is the volume, in cubic metres, by which a curved patch encloses more than a flat one,
-    and `is_curved` says which it is.
+    and `is_curved` states which kind it is.
     """
 
     vertices: Vertices
@@ -38,17 +38,17 @@ class Patch:
 def patch(
     rim: Vertices, slopes: Vertices, loop: NDArray[np.int64], first: int, *, curved: bool
 ) -> Patch:
-    """Close the hole within a rim (N, 3), whose vertices are called `loop`; new ones from `first`.
+    """Close the hole in a rim (N, 3) with the vertex indices `loop`; new ones start at `first`.
 
     `slopes` (N, 3) are unit vectors, one for each edge from a vertex of the rim to the next: from
-    the edge away from the hole, along the surface. A harmonic function on the disc, of the rim's
-    places, is a flat patch; a biharmonic one, of its places and slopes, goes on as the surface
-    around does. Rims of few edges, and slits, always get a flat one.
+    the edge away from the hole, along the surface. The harmonic function on the disc with the rim's
+    positions is a flat patch. The biharmonic one with its positions and slopes continues the
+    surrounding surface. Rims of few edges, and slits, always get a flat patch.
     """
     places, ways, angles, length = _sampled(rim, slopes)
     waves = np.abs(_wave_numbers())
     flat = np.fft.fft(places, axis=0) / _SAMPLES
-    # On the unit circle, a step outward is as long as one along it.
+    # On the unit circle, steps outward and along it have the same scale.
     slope = np.fft.fft(_smooth(ways) * (length / (2.0 * np.pi)), axis=0) / _SAMPLES
     bent = np.where(waves <= _WAVES, 0.5 * (slope - waves * flat), 0.0)
     rings = int(np.clip(len(rim) // _EDGES_A_RING, 1, _MOST_RINGS))
@@ -63,9 +63,10 @@ def patch(
 
 
 def are_cuts(rims: list[Vertices], slopes: list[Vertices]) -> list[bool]:
-    """Say which rims were cut by a plane: where the object stood, was cut off or is open.
+    """Return which rims were cut by a plane: where the object stood, was cut off or is open.
 
-    Such a rim lies in a plane, and the surface stands upright on it, or on another in that plane.
+    Such a rim is in a plane, and the surface is perpendicular to it there, or at another rim in
+    that plane.
     """
     cuts = [_is_cut(rim, ways) for rim, ways in zip(rims, slopes, strict=True)]
     planes = [rim for rim, cut in zip(rims, cuts, strict=True) if cut]
@@ -88,7 +89,7 @@ def _is_cut(rim: Vertices, slopes: Vertices) -> bool:
 
 
 def _off_plane(rim: Vertices, of: Vertices) -> float:
-    """Measure how far a rim lies, in the mean square, from the plane of another."""
+    """Return the RMS distance of a rim from the plane of another."""
     up = normal(of)
     length = max(float(np.linalg.norm(up)), float(np.finfo(np.float64).tiny))
     return float(np.sqrt((((rim - of.mean(axis=0)) @ (up / length)) ** 2).mean()))
@@ -97,9 +98,9 @@ def _off_plane(rim: Vertices, of: Vertices) -> float:
 def _sampled(
     rim: Vertices, slopes: Vertices
 ) -> tuple[Vertices, Vertices, NDArray[np.float64], float]:
-    """Walk around the rim in even steps.
+    """Sample the rim at even steps.
 
-    Return the places and slopes there, the angle of each vertex and the rim's length.
+    Return the positions and slopes there, the angle of each vertex and the rim's length.
     """
     steps = np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)
     ends = np.cumsum(steps)
@@ -113,12 +114,12 @@ def _sampled(
 
 
 def _wave_numbers() -> NDArray[np.float64]:
-    """Return how often each term of a Fourier series of a rim goes around, (S, 1)."""
+    """Return the wave number of each term of a Fourier series on a rim, (S, 1)."""
     return np.fft.fftfreq(_SAMPLES, 1.0 / _SAMPLES).astype(np.float64)[:, None]
 
 
 def _smooth(ways: Vertices) -> Vertices:
-    """Leave out what changes faster along a rim than its slopes do."""
+    """Filter out what varies faster along a rim than its slopes may."""
     series = np.fft.fft(ways, axis=0)
     series[np.abs(_wave_numbers())[:, 0] > _WAVES] = 0.0
     return np.fft.ifft(series, axis=0).real
@@ -130,10 +131,10 @@ def _inside(
     angles: NDArray[np.float64],
     rings: int,
 ) -> Vertices:
-    """Return the vertices of all rings but the rim, from outside to inside, and the middle.
+    """Return the vertices of all inner rings, from outside to inside, and the centre.
 
-    Wave m of the rim's places reaches to the radius r as r^m, and that of its slopes as
-    r^m - r^(m + 2): these are the harmonic and biharmonic functions of the disc.
+    Wave m of the rim's positions decays to the radius r as r^m, and that of its slopes as r^m -
+    r^(m + 2): these are the harmonic and biharmonic functions of the disc.
     """
     turned = np.exp(1j * np.outer(angles, _wave_numbers()))
     order = np.abs(_wave_numbers())
@@ -143,7 +144,7 @@ def _inside(
 
 
 def _disc(edges: int, rings: int) -> Faces:
-    """Join rings of vertices, and the middle that comes last, by triangles."""
+    """Connect rings of vertices, and the centre, which comes last, by triangles."""
     ring, here = np.meshgrid(np.arange(rings - 1), np.arange(edges), indexing="ij")
     beside = (here + 1) % edges
     a, b = (ring * edges + here).ravel(), (ring * edges + beside).ravel()
@@ -154,14 +155,14 @@ def _disc(edges: int, rings: int) -> Faces:
 
 
 def _more(rim: Vertices, one: Vertices, other: Vertices, faces: Faces) -> float:
-    """Measure by how much volume one patch of a rim encloses more than another."""
+    """Return the volume by which one patch of a rim encloses more than another."""
     second = np.where(faces < len(rim), faces, faces + len(one))
     both = np.concatenate([faces, second[:, ::-1]])
     return signed_volume(np.concatenate([rim, one, other]), both)
 
 
 def normal(rim: Vertices) -> NDArray[np.float64]:
-    """Return the normal of the plane that a rim is nearest to, as long as the area within."""
+    """Return the normal of a rim's best-fitting plane; its length is the enclosed area."""
     spokes = rim - rim.mean(axis=0)
     return 0.5 * np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
 

@@ -1,4 +1,4 @@
-"""Rebuilds surfaces that cannot be closed face by face, around what their faces wind around."""
+"""Rebuilds surfaces that cannot be closed face by face, by their winding number."""
 
 from dataclasses import dataclass
 
@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 from servoid._native import Soup
 from servoid.exchange.shapes.mesh_repair import Faces, Vertices, parts, patches, signed_volume
 
-_CELLS = 64  # along the longest side: what is thinner than a cell may be lost
-_GIVEN = 0.5  # leap of the winding number from which on a surface was there
-_SPECK = 1e-3  # of the volume: faces that lie about leave such crumbs
+_CELLS = 64  # along the longest side: parts thinner than a cell may be lost
+_GIVEN = 0.5  # jump of the winding number from which on there was a surface
+_SPECK = 1e-3  # of the volume: stray faces leave such crumbs
 
 
 @dataclass(frozen=True, eq=False)
 class Rebuilt:
-    """A closed surface that looks outward, and how it came about.
+    """A closed surface that points outward, and how it was made.
 
-    It was built of cells with sides of `cell` metres; `guessed` is the share of it at which the
-    mesh had no face, and `guessed_at` (N, 3) are the middles of those triangles. `turned` of the
-    mesh's faces looked the wrong way.
+    It was built from cells with sides of `cell` metres. `guessed` is the share of it at which the
+    mesh had no face, and `guessed_at` (N, 3) are the centres of those triangles. `turned` of the
+    mesh's faces had the wrong orientation.
     """
 
     vertices: Vertices
@@ -31,9 +31,9 @@ class Rebuilt:
 
 
 def rebuild(vertices: Vertices, faces: Faces, cells: int = _CELLS) -> Rebuilt | None:
-    """Turn patches outward, and rebuild the surface where the winding number is a half.
+    """Orient patches outward, and rebuild the surface where the winding number is one half.
 
-    Faces that share an edge must look to the same side. Return None if nothing is enclosed.
+    Faces that share an edge must have the same orientation. Return None if nothing is enclosed.
     """
     turned = openness(vertices, faces) < 0.0
     faces = np.where(turned[:, None], faces[:, ::-1], faces)
@@ -56,7 +56,7 @@ def rebuild(vertices: Vertices, faces: Faces, cells: int = _CELLS) -> Rebuilt | 
 
 
 def openness(vertices: Vertices, faces: Faces) -> NDArray[np.float64]:
-    """Say of each face how much more of the sky the front of its patch sees than the back, (F,)."""
+    """Return how much more of the sky the front of each face's patch sees than the back, (F,)."""
     soup = Soup(vertices=vertices, faces=faces)
     order = np.argsort(patch := patches(faces), kind="stable")
     found = np.zeros(len(faces))

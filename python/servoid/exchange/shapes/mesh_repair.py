@@ -1,4 +1,4 @@
-"""The steps that close a triangle mesh where that takes little, and say what they did."""
+"""Small steps that close a triangle mesh, with notes on what they did."""
 
 from collections import defaultdict, deque
 from dataclasses import dataclass
@@ -12,32 +12,32 @@ Vertices = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 _WELD = 1e-7  # of the mesh's diagonal
-_LEAST_AROUND = 4  # faces, of which a part can enclose another
+_LEAST_AROUND = 4  # faces: the minimum with which a part can enclose another
 
 
 def signed_volume(vertices: Vertices, faces: Faces) -> float:
-    """Measure the enclosed volume: positive if the faces look outward."""
-    # Around the middle, lest a far origin cost digits.
+    """Return the enclosed volume: positive if the faces point outward."""
+    # Relative to the centre, so that a far origin costs no digits.
     a, b, c = (vertices[faces[:, corner]] - vertices.mean(axis=0) for corner in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
 
 def size(vertices: Vertices) -> float:
-    """Measure the diagonal of the box about all vertices, (..., 3)."""
+    """Return the diagonal of the bounding box of vertices, (..., 3)."""
     return float(np.linalg.norm(np.ptp(vertices.reshape(-1, 3), axis=0)))
 
 
 def area(vertices: Vertices, faces: Faces) -> float:
-    """Measure the area of all faces."""
+    """Return the area of all faces."""
     a, b, c = (vertices[faces[:, corner]] for corner in range(3))
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
 def labels(count: int, links: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return for each of some things the first of those that links (L, 2) join it to, (count,)."""
+    """Return for each of `count` items the first item that links (L, 2) connect it to, (count,)."""
     label = np.arange(count)
     while len(links):
-        # The first of a group points to that of a lower one that it is joined to.
+        # The first item of a group points to that of a lower group to which it is linked.
         one, other = label[links[:, 0]], label[links[:, 1]]
         low = np.minimum(one, other)
         np.minimum.at(label, one, low)
@@ -49,20 +49,20 @@ def labels(count: int, links: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def parts(vertices: Vertices, faces: Faces) -> NDArray[np.int64]:
-    """Return to which connected part each face belongs, (F,)."""
+    """Return the connected part to which each face belongs, (F,)."""
     links = np.concatenate([faces[:, :2], faces[:, 1:]])
     return labels(len(vertices), links)[faces[:, 0]]
 
 
 def weld(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
-    """Make vertices at one place one vertex, and leave out those that no face uses."""
+    """Merge vertices at one position, and drop those that no face uses."""
     used, faces = np.unique(faces, return_inverse=True)
     vertices, faces = vertices[used], faces.reshape(-1, 3)
     low = vertices.min(axis=0)
     cell = max(size(vertices) * _WELD, np.finfo(np.float64).tiny)
     cells = np.rint((vertices - low) / cell).astype(np.int64)
     _, first, place = np.unique(cells, axis=0, return_index=True, return_inverse=True)
-    # In the order of the file, so that a mesh that needs nothing is left as it is.
+    # In the order of the file, so that a mesh that needs no repair is unchanged.
     order = np.argsort(first, kind="stable")
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
@@ -70,7 +70,7 @@ def weld(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
 
 
 def drop(faces: Faces, notes: list[str]) -> Faces:
-    """Drop faces with a corner that is there twice, and all but one of equal faces."""
+    """Drop faces with a repeated corner, and all but one of equal faces."""
     corners = np.sort(faces, axis=1)
     whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])
     faces, corners = faces[whole], corners[whole]
@@ -94,8 +94,8 @@ def directed(faces: Faces) -> NDArray[np.int64]:
 class Edges:
     """The undirected edges of faces.
 
-    `edge`: (3 F,) which one each directed edge is. `users`: how many faces use each. `balance`: how
-    many more of them go one way along it than the other.
+    `edge`: (3 F,) the edge of each directed edge. `users`: the number of faces at each edge.
+    `balance`: the number of faces that traverse it one way minus the other.
     """
 
     edge: NDArray[np.intp]
@@ -104,7 +104,7 @@ class Edges:
 
     @classmethod
     def of(cls, faces: Faces) -> "Edges":
-        """Count the edges of faces, of which there must be some."""
+        """Index the edges of faces, of which there must be some."""
         edges = directed(faces)
         key = edges.min(axis=1) * (int(faces.max()) + 1) + edges.max(axis=1)
         _, edge, users = np.unique(key, return_inverse=True, return_counts=True)
@@ -115,12 +115,12 @@ class Edges:
 
     @property
     def is_open(self) -> NDArray[np.bool_]:
-        """Of each directed edge, whether no other face is there."""
+        """Whether each directed edge has no other face."""
         return (self.users == 1)[self.edge]
 
     @property
     def crowded(self) -> NDArray[np.intp]:
-        """The edges whose faces belong to no closed surface, even if holes were closed."""
+        """The edges whose faces cannot belong to a closed surface, even if holes were closed."""
         return np.flatnonzero((self.users >= 2) & (self.balance != 0))
 
     @property
@@ -132,12 +132,12 @@ class Edges:
 
 
 def patches(faces: Faces) -> NDArray[np.int64]:
-    """Return to which patch each face belongs, (F,): faces that are joined by edges of two."""
+    """Return the patch of each face, (F,): faces are connected by edges that two faces share."""
     return labels(len(faces), Edges.of(faces).pairs % len(faces))
 
 
 def wind(faces: Faces) -> Faces:
-    """Turn faces so that neighbours look to the same side; faces that agree stay as they are."""
+    """Flip faces so that neighbours have the same orientation; consistent faces are unchanged."""
     counts = Edges.of(faces)
     if not ((counts.users == 2) & (counts.balance != 0)).any():
         return faces
@@ -160,31 +160,33 @@ def wind(faces: Faces) -> Faces:
                     flipped[other] = flipped[face] != (not same)
                     part.append(other)
                     queue.append(other)
-        if 2 * sum(flipped[face] for face in part) > len(part):  # the majority stays
+        if 2 * sum(flipped[face] for face in part) > len(
+            part
+        ):  # keep the orientation of the majority
             flipped.update((face, not flipped[face]) for face in part)
     turn = np.array([flipped[face] for face in range(len(faces))])
     return np.where(turn[:, None], faces[:, ::-1], faces)
 
 
 def place(vertices: Vertices) -> str:
-    """Write where the middle of some vertices is, in the mesh's own coordinates."""
+    """Format the centre of some vertices, in the mesh's own coordinates."""
     middle = vertices.mean(axis=0)
     unit = 1e-6 * max(float(np.abs(vertices).max()), np.finfo(np.float64).tiny)
-    middle[np.abs(middle) < unit] = 0.0  # sums of what is symmetric are hardly ever zero
+    middle[np.abs(middle) < unit] = 0.0  # sums of symmetric values are rarely exactly zero
     return f"({', '.join(digits(x) for x in middle.tolist())})"
 
 
 def outward(vertices: Vertices, faces: Faces, is_known: NDArray[np.bool_] | None = None) -> Faces:
-    """Turn each connected part whose faces look inward, unless it is a cavity of another part.
+    """Flip each connected part that points inward, unless it is a cavity of another part.
 
-    Parts of which a face `is_known`, (F,), to look outward stay as they are.
+    Parts of which a face `is_known`, (F,), to point outward are unchanged.
     """
     _, part, sizes = np.unique(parts(vertices, faces), return_inverse=True, return_counts=True)
     corners = vertices[faces]
     low, high = (np.full((len(sizes), 3), end) for end in (np.inf, -np.inf))
     np.minimum.at(low, part, corners.min(axis=1))
     np.maximum.at(high, part, corners.max(axis=1))
-    # Around the middle, lest a far origin cost digits.
+    # Relative to the centre, so that a far origin costs no digits.
     a, b, c = (corners - vertices.mean(axis=0)).transpose(1, 0, 2)
     inward = np.bincount(part, np.einsum("ij,ij->i", a, np.cross(b, c))) < 0.0
     around_low, around_high = low[sizes >= _LEAST_AROUND], high[sizes >= _LEAST_AROUND]

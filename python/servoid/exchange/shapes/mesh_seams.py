@@ -1,4 +1,4 @@
-"""Drops what a triangle mesh holds twice or loosely, and joins what lies apart by cracks."""
+"""Drops duplicate and loose parts of a triangle mesh, and joins parts across cracks."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,28 +19,28 @@ from servoid.exchange.shapes.mesh_repair import (
 )
 from servoid.words import counted, digits
 
-_TWIN_FACES = 12  # from which on a part that is there twice is no accident
+_TWIN_FACES = 12  # from which on a duplicate part is no accident
 _TWIN = 0.01  # of a part's diagonal, by which its copy may be shifted
-_TWIN_REACH = 2.0 * _TWIN  # wherein a corner of its copy is looked for
-_WITHIN = 0.5  # of its volume over its area, likewise: fins beside each other are no copies
-_RIGID = 1e-4  # of a part's diagonal, to which all of its corners are shifted alike
+_TWIN_REACH = 2.0 * _TWIN  # search radius for a corner of its copy
+_WITHIN = 0.5  # of its volume over its area, likewise: fins beside each other are not copies
+_RIGID = 1e-4  # of a part's diagonal, tolerance within which all of its corners have the same shift
 _SEAM = 5e-4  # of the mesh's diagonal, across which a crack is closed
-_SEAM_EDGE = 0.25  # of the shortest open edge there likewise, lest faces collapse
-_TRIES = 5  # to leave corners apart that would crowd an edge
-_SPANS = 0.5  # of the mesh's diagonal: what is closed and spans that is the object
-# Of the vertices of a plane, hardly two lie as far along this as each other.
+_SEAM_EDGE = 0.25  # of the shortest open edge there, likewise, so that faces do not collapse
+_TRIES = 5  # to exclude corners that would crowd an edge
+_SPANS = 0.5  # of the mesh's diagonal: a closed part of this size is the object
+# Hardly two vertices of a plane have the same coordinate along this direction.
 _OBLIQUE = np.array([0.4923, 0.5943, 0.6359])
 
 
 def without_twins(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
-    """Drop each part that is another one, shifted by little of its size and of its thickness."""
+    """Drop each part that is a copy of another, with a small shift for its size and thickness."""
     _, first, part, counts = np.unique(
         parts(vertices, faces), return_index=True, return_inverse=True, return_counts=True
     )
     corners = vertices[faces]
     own = np.split(np.argsort(part, kind="stable"), np.cumsum(counts)[:-1])
     whole = np.flatnonzero(counts >= _TWIN_FACES)
-    # In the order of the file: the first of several is kept.
+    # In the order of the file: the first copy is kept.
     whole = whole[np.argsort(first[whole])]
     reach = np.array([_TWIN_REACH * size(corners[own[name]]) for name in whole])
     pairs = np.sort(_close_pairs(corners[first[whole], 0], reach), axis=1)
@@ -60,7 +60,7 @@ def without_twins(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
 
 
 def _shift(corners: Vertices, others: Vertices) -> float | None:
-    """Say how far a part is shifted against another; None if it is another part."""
+    """Return how far a part is shifted relative to another; None if they differ."""
     diagonal = size(others)
     shifts = corners - others
     shift = shifts.mean(axis=0)
@@ -73,9 +73,9 @@ def _shift(corners: Vertices, others: Vertices) -> float | None:
 
 
 def join_seams(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vertices, Faces]:
-    """Make vertices one that lie at open edges, hardly apart from each other.
+    """Merge vertices at open edges that are separated by a small crack.
 
-    Those stay apart by which three faces would meet at an edge.
+    Vertices are not merged if three faces would then meet at an edge.
     """
     links = _seams(vertices, faces)
     if not len(links):
@@ -107,7 +107,7 @@ def join_seams(vertices: Vertices, faces: Faces, notes: list[str]) -> tuple[Vert
 
 
 def _seams(vertices: Vertices, faces: Faces) -> NDArray[np.int64]:
-    """Find the pairs (P, 2) of vertices at open edges that a crack may have parted."""
+    """Find the pairs (P, 2) of vertices at open edges that a crack may separate."""
     open_edges = directed(faces)[Edges.of(faces).is_open]
     long = np.linalg.norm(vertices[open_edges[:, 0]] - vertices[open_edges[:, 1]], axis=1)
     reach = np.full(len(vertices), _SEAM * size(vertices))
@@ -118,13 +118,13 @@ def _seams(vertices: Vertices, faces: Faces) -> NDArray[np.int64]:
 
 
 def _crowd(faces: Faces) -> NDArray[np.int64]:
-    """Find the vertices of edges at which three faces meet, or more."""
+    """Find the vertices of edges at which three or more faces meet."""
     edges = Edges.of(faces)
     return np.unique(directed(faces)[(edges.users > 2)[edges.edge]])
 
 
 def _close_pairs(points: Vertices, reach: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Find the pairs (P, 2) of points that lie within the reach of both."""
+    """Find the pairs (P, 2) of points that are within the reach of both."""
     along = points @ _OBLIQUE
     order = np.argsort(along, kind="stable")
     points, along, reach = points[order], along[order], reach[order]
@@ -143,10 +143,10 @@ def _close_pairs(points: Vertices, reach: NDArray[np.float64]) -> NDArray[np.int
 
 
 def loose(vertices: Vertices, faces: Faces) -> NDArray[np.bool_]:
-    """Say which faces are sheets beside a closed surface, such as fins and walls, (F,).
+    """Return which faces are sheets beside a closed surface, such as fins and walls, (F,).
 
-    They go when patches with an open edge are taken away again and again. If what remains does not
-    span the mesh, none is loose: then it is the object that is open.
+    Patches with an open edge are removed repeatedly. If the remainder does not span the mesh, none
+    is loose: then the object itself is open.
     """
     kept = np.arange(len(faces))
     while len(kept):

@@ -1,4 +1,4 @@
-"""Reads the header of a PLY file, and checks its counts against what the file can hold."""
+"""Reads the header of a PLY file, and checks its counts against the file's size."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,13 +29,13 @@ class PlyProperty:
 
     @property
     def least_bytes(self) -> int:
-        """Count the bytes that one value takes at least: a list may be empty."""
+        """Return the least number of bytes of one value: a list may be empty."""
         return int((self.length_code or self.code)[1:])
 
 
 @dataclass(frozen=True)
 class PlyElement:
-    """One element: how many rows there are of it, and their properties in order."""
+    """One element: its number of rows, and their properties in order."""
 
     name: str
     count: int
@@ -44,14 +44,14 @@ class PlyElement:
 
 @dataclass(frozen=True)
 class PlyHeader:
-    """A checked header: `order` is NumPy's mark of the byte order, empty for text."""
+    """A validated header: `order` is NumPy's byte order character, empty for text."""
 
     order: str
     elements: tuple[PlyElement, ...]
     size: int
 
     def element(self, name: str) -> PlyElement | None:
-        """Find an element by its name."""
+        """Return the element with a name."""
         return next((element for element in self.elements if element.name == name), None)
 
 
@@ -59,16 +59,16 @@ def read_ply_header(path: Path, data: bytes) -> PlyHeader:
     """Read the header at the beginning of `data`, the content of the file at `path`.
 
     Raises:
-        MeshError: it is no PLY header, or it promises more rows than the file can hold.
+        MeshError: it is not a PLY header, or it promises more rows than the file can contain.
 
     """
     if not data.startswith((b"ply\n", b"ply\r")):
-        raise MeshError(f"{path} is no PLY file: it does not begin with the line 'ply'")
+        raise MeshError(f"{path} is not a PLY file: it does not begin with the line 'ply'")
     end = data.find(b"end_header", 0, _LONGEST_HEADER)
     line_end = data.find(b"\n", end)
     if end < 0 or line_end < 0:
         raise MeshError(
-            f"{path} is no whole PLY file: its header has no line 'end_header'; copy it again"
+            f"{path} is not a complete PLY file: its header has no line 'end_header'; copy it again"
         )
     lines = data[:end].decode("latin-1").splitlines()[1:]
     order: str | None = None
@@ -86,9 +86,9 @@ def read_ply_header(path: Path, data: bytes) -> PlyHeader:
             properties = (*last.properties, _property(words, place))
             elements[-1] = PlyElement(last.name, last.count, properties)
         else:
-            raise MeshError(f"{place}: '{line[:60]}' is no line of a PLY header")
+            raise MeshError(f"{place}: '{line[:60]}' is not a line of a PLY header")
     if order is None:
-        raise MeshError(f"{path}: the header names no format; known ones: {', '.join(FORMATS)}")
+        raise MeshError(f"{path}: the header has no format; known ones: {', '.join(FORMATS)}")
     header = PlyHeader(order, tuple(elements), line_end + 1)
     _check_room(path, header, len(data))
     return header
@@ -111,7 +111,7 @@ def _property(words: list[str], place: str) -> PlyProperty:
     elif len(kinds) == 1 and kinds[0] in TYPES:
         return PlyProperty(words[-1], TYPES[kinds[0]])
     raise MeshError(
-        f"{place}: '{' '.join(words)[:60]}' is no property; write its type "
+        f"{place}: '{' '.join(words)[:60]}' is not a property; write its type "
         f"({', '.join(list(TYPES)[::2])}) and its name"
     )
 
@@ -119,7 +119,7 @@ def _property(words: list[str], place: str) -> PlyProperty:
 def _check_room(path: Path, header: PlyHeader, size: int) -> None:
     room = size - header.size
     for element in header.elements:
-        # In text each value takes a digit and a separator; the last line may have no end.
+        # In text, each value takes a digit and a separator; the last line may lack its end.
         row = (
             sum(one.least_bytes for one in element.properties)
             if header.order

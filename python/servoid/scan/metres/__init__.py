@@ -1,1 +1,1 @@
-"""How many metres the unit of a scan is: by a length, a board, or a second eye."""
+"""Determines a scan's unit in metres: from a length, a board, or a second camera."""

@@ -1,4 +1,4 @@
-"""Finds the scale of a scan by a printed ChArUco board that lies in the scene."""
+"""Determines the scale of a scan from a printed ChArUco board in the scene."""
 
 import re
 from collections.abc import Callable, Iterable
@@ -17,7 +17,7 @@ _MARKER_SHARE = 0.75
 _DICTIONARY = "DICT_4X4_50"
 _LEAST_CORNERS = 6
 _LEAST_IMAGES = 2
-_OFF_PX = 3.0  # at 1000 px of diagonal: a corner further off was misread
+_OFF_PX = 3.0  # at 1000 px of diagonal: a corner with a larger error was misread
 
 Floats = NDArray[np.float64]
 
@@ -34,10 +34,10 @@ class Board:
 
 
 def parse_board(text: str) -> Board:
-    """Turn `COLUMNSxROWS,SQUARE[,MARKER[,DICTIONARY]]` into a board; lengths are in metres.
+    """Parse `COLUMNSxROWS,SQUARE[,MARKER[,DICTIONARY]]`; lengths are in metres.
 
     Raises:
-        ScanError: it is written otherwise, or no such board can be.
+        ScanError: it has another form, or no such board can exist.
 
     """
     found = _SPEC.fullmatch(text)
@@ -52,14 +52,13 @@ def parse_board(text: str) -> Board:
         board = None
     if board is None or board.columns < 2 or board.rows < 2:
         raise ScanError(
-            f"'{text}' is no board; write COLUMNSxROWS,SQUARE,MARKER,DICTIONARY: how many squares, "
-            "the sides of a square and of a marker in metres, and the markers' dictionary, such as "
-            f"7x5,0.03,0.0225,{_DICTIONARY}; the last two may be left out"
+            f"'{text}' is not a board; write COLUMNSxROWS,SQUARE,MARKER,DICTIONARY: how many "
+            "squares, the sides of a square and of a marker in metres, and the markers' "
+            f"dictionary, such as 7x5,0.03,0.0225,{_DICTIONARY}; the last two may be left out"
         )
     if not 0.0 < board.marker_m < board.square_m < np.inf:
         raise ScanError(
-            f"a board's marker lies inside its square, but '{text}' says otherwise; measure both "
-            "in metres"
+            f"a board's marker lies inside its square, but not in '{text}'; measure both in metres"
         )
     _detectors(board)
     return board
@@ -70,12 +69,12 @@ def scale_of_board(
     board: Board,
     images: Callable[[], Iterable[tuple[str, NDArray[np.uint8]]]],
 ) -> Scale:
-    """Return the scale at which the board's corners are as far apart as they were printed.
+    """Return the scale for which the board's corners are as far apart as printed.
 
-    `images` gives each image that was found, with its name.
+    `images` yields each image that has a pose, with its name.
 
     Raises:
-        ScanError: too few corners of the board are seen in too few images.
+        ScanError: too few corners of the board are visible in too few images.
 
     """
     for detector in _detectors(board):
@@ -84,21 +83,21 @@ def scale_of_board(
             return _fitted(solution, board, marks)
     raise ScanError(
         f"the board of {board.columns}x{board.rows} squares with markers of {board.dictionary} is "
-        f"not seen well enough: at least {_LEAST_CORNERS} of its corners are needed in "
+        f"not visible well enough: at least {_LEAST_CORNERS} of its corners are needed in "
         f"{_LEAST_IMAGES} images or more; check --board, print it larger, or lay it flat and near "
         "the object"
     )
 
 
 def printed_corners(board: Board) -> Floats:
-    """Return where the inner corners of a board are, (N, 3) in metres, by their numbers."""
+    """Return the positions of the inner corners of a board, (N, 3) in metres, by their numbers."""
     down, across = np.mgrid[1 : board.rows, 1 : board.columns]
     flat = np.stack([across.ravel(), down.ravel(), np.zeros(across.size)], axis=1)
     return board.square_m * flat.astype(np.float64)
 
 
 def _detectors(board: Board) -> list["object"]:
-    """Return what finds the board, as it is printed now and as it was before OpenCV 4.6."""
+    """Return detectors of the board, in today's layout and in the layout before OpenCV 4.6."""
     import cv2
 
     number = getattr(cv2.aruco, board.dictionary, None)
@@ -123,7 +122,7 @@ def _detectors(board: Board) -> list["object"]:
 def _marks(
     solution: Solution, detector: object, images: Iterable[tuple[str, NDArray[np.uint8]]]
 ) -> dict[int, list[tuple[int, Floats]]]:
-    """Return for each corner of the board the images in which it is seen, and where."""
+    """Return for each corner of the board the images in which it is visible, and its pixels."""
     import cv2
 
     marks: dict[int, list[tuple[int, Floats]]] = {}
@@ -153,8 +152,8 @@ def _fitted(solution: Solution, board: Board, marks: dict[int, list[tuple[int, F
             places.append(point)
     if len(numbers) < _LEAST_CORNERS:
         raise ScanError(
-            f"the board's corners contradict the scan: only {len(numbers)} of {len(marks)} lie "
-            "where their lines of sight meet; did the board move while the images were taken?"
+            f"the board's corners contradict the scan: only {len(numbers)} of {len(marks)} are "
+            "where their rays meet; did the board move while the images were taken?"
         )
     told, true = np.array(places), printed[numbers]
     told, true = told - told.mean(axis=0), true - true.mean(axis=0)

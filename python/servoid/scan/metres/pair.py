@@ -1,4 +1,4 @@
-"""Finds the scale of a scan by a second eye, which is a known distance from the first one."""
+"""Determines the scale of a scan from a second camera at a known distance from the first."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,25 +15,25 @@ from servoid.scan.metres.scale import Scale
 from servoid.scan.solution import Solution
 from servoid.scan.staging import encode
 
-_MOST_IMAGES = 12  # of each eye, spread over the scan: they tell hundreds of points each
+_MOST_IMAGES = 12  # of each camera, spread over the scan: each has hundreds of points
 _LEAST_POINTS = 40
-_SAME_PX = 0.01  # features of one image, found twice
-_OFF_PX = 4.0  # at 1000 px of diagonal: matches further off are wrong
-_LOOSE_PX = 0.5  # a match further off counts less than by its square
+_SAME_PX = 0.01  # features of one image, detected twice
+_OFF_PX = 4.0  # at 1000 px of diagonal: matches with larger errors are wrong
+_LOOSE_PX = 0.5  # a match with a larger error counts less than by its square
 _TRIES = 1000
 _ROUNDS, _SMALL = 15, 1e-6
 _MAD_TO_STD = 1.4826
-_ROUGH = 0.05  # deviation of a scale that is worth nothing
+_ROUGH = 0.05  # relative deviation of a scale that is useless
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Partner:
-    """The second eye of a pair, `metres` from the first one; its images have the names of those.
+    """The second camera of a pair, `metres` from the first; its images have the first one's names.
 
-    Its lens is taken to be the first one's, but for the focal length. What a calibration says of it
-    is not used: errors of the lens that the scan found are in both eyes, and cancel.
+    Its lens is assumed to be the first camera's, except for the focal length. A calibration of it
+    is not used: errors of the lens that the scan estimated are in both cameras, and cancel.
     """
 
     footage: Footage
@@ -43,13 +43,13 @@ class Partner:
 def scale_of_partner(
     solution: Solution, partner: Partner, staged: Path, scratch: Path, threads: int | None
 ) -> Scale:
-    """Return the scale at which both eyes are as far apart as is known.
+    """Return the scale for which both cameras are as far apart as is known.
 
-    Points of the scan that are seen by the second eye, too, say where that is: it is the same in
-    all images. `staged` is the folder of the first eye's images.
+    Points of the scan that the second camera sees, too, determine its pose relative to the first,
+    which is the same in all images. `staged` is the folder of the first camera's images.
 
     Raises:
-        ScanError: both eyes have too little in common.
+        ScanError: both cameras have too little in common.
 
     """
     names = _spread(solution.names, partner.footage.names)
@@ -59,16 +59,16 @@ def scale_of_partner(
     first = None if len(points) < _LEAST_POINTS else _rough(points, pixels, lens)
     if first is None or len(first[1]) < _LEAST_POINTS:
         raise ScanError(
-            f"the second eye sees too little of what the first one sees, in {len(names)} images: "
+            f"the second camera sees too little of what the first sees, in {len(names)} images: "
             f"{len(points)} points, and at least {_LEAST_POINTS} that agree are needed; check that "
-            "both films are of one pair, and begin at the same time"
+            "both films are of one pair, and start at the same time"
         )
     start, rows = first
     apart, deviation = _refined(start, points[rows], pixels[rows], lens)
     if not deviation < _ROUGH:
         raise ScanError(
-            "both eyes tell the scale to "
-            f"{100.0 * deviation:.0f} % only: what they see is too far for their distance of "
+            "both cameras determine the scale to "
+            f"{100.0 * deviation:.0f} % only: the scene is too far for their distance of "
             f"{partner.metres:g} m; give --length or --board"
         )
     words = f"by the two eyes of a pair in {len(names)} images"
@@ -76,7 +76,7 @@ def scale_of_partner(
 
 
 def _spread(found: Sequence[str], seen: Sequence[str]) -> list[str]:
-    """Return names of images of both eyes, spread over the scan."""
+    """Return names of images of both cameras, spread over the scan."""
     both = [name for name in found if name in set(seen)]
     chosen = np.unique(np.linspace(0, len(both) - 1, _MOST_IMAGES).round()) if both else []
     return [both[int(index)] for index in chosen]
@@ -85,7 +85,7 @@ def _spread(found: Sequence[str], seen: Sequence[str]) -> list[str]:
 def _match(
     names: Sequence[str], partner: Partner, staged: Path, scratch: Path, threads: int | None
 ) -> Matched:
-    """Match each image of the first eye with that of the second one; the second ones come last."""
+    """Match each image of the first camera with the second's; the second camera's come last."""
     folder = scratch / "pair"
     folder.mkdir()
     first = {Path(file).stem: file for file in sorted(p.name for p in staged.iterdir())}
@@ -102,7 +102,7 @@ def _match(
 def _seen_by_both(
     solution: Solution, names: Sequence[str], matched: Matched
 ) -> tuple[Floats, Floats]:
-    """Return points, (N, 3) in the first eye's frame, and the pixels of the second eye, (N, 2)."""
+    """Return points, (N, 3) in the first camera's frame, and the second's pixels, (N, 2)."""
     points, pixels = [np.zeros((0, 3))], [np.zeros((0, 2))]
     for place, name in enumerate(names):
         rows = matched.agreeing.get((place, place + len(names)))
@@ -120,7 +120,7 @@ def _seen_by_both(
 
 
 def _rough(points: Floats, pixels: Floats, lens: Lens) -> tuple[Pose, NDArray[np.int64]] | None:
-    """Return where the first eye is from the second one, and the points that agree with that."""
+    """Return the first camera's pose in the second's frame, and the points that agree with it."""
     import cv2
 
     rays = lens.rays(pixels)
@@ -141,10 +141,10 @@ def _rough(points: Floats, pixels: Floats, lens: Lens) -> tuple[Pose, NDArray[np
 
 
 def _refined(start: Pose, points: Floats, pixels: Floats, lens: Lens) -> tuple[float, float]:
-    """Return how far the eyes are apart in the scan's unit, and the relative deviation of that.
+    """Return the cameras' distance in the scan's unit, and its relative deviation.
 
-    The second eye's pose and its focal length bring points to their pixels, by Gauss-Newton with
-    weights by Cauchy.
+    Gauss-Newton adjusts the second camera's pose and focal length to the pixels of the points, with
+    Cauchy weights.
     """
     center = np.array(lens.center_px)
 

@@ -1,4 +1,4 @@
-"""Finds how many metres a scan's unit is: by a known length, a board, or a known baseline."""
+"""Determines a scan's unit in metres: from a known length or a known baseline."""
 
 import math
 from collections.abc import Sequence
@@ -12,10 +12,10 @@ from servoid.scan.footage import image_name
 from servoid.scan.solution import Solution
 from servoid.words import digits, number_of
 
-_CLICK_PX = 1.0  # standard deviation of where a person points
-_OFF_PX = 8.0  # at 1000 px of diagonal: ends of a length further off are not the same point
-_APART = 0.03  # share by which lengths may disagree
-_LEAST_RAD = math.radians(1.5)  # between the lines of sight to an end
+_CLICK_PX = 1.0  # standard deviation of a click
+_OFF_PX = 8.0  # at 1000 px of diagonal: ends of a length with larger errors are not the same point
+_APART = 0.03  # relative difference by which lengths may disagree
+_LEAST_RAD = math.radians(1.5)  # between the rays to an end
 _ROUNDS = 4
 
 Floats = NDArray[np.float64]
@@ -33,7 +33,7 @@ class Length:
 
 @dataclass(frozen=True)
 class Baseline:
-    """The camera was `metres` apart at two images."""
+    """A distance of `metres` between the camera's positions at two images."""
 
     first: str
     second: str
@@ -42,7 +42,7 @@ class Baseline:
 
 @dataclass(frozen=True)
 class Scale:
-    """How many metres one unit is, its relative standard deviation, and how it was found."""
+    """One unit in metres, the relative standard deviation of that, and how it was determined."""
 
     metres: float
     deviation: float
@@ -50,10 +50,10 @@ class Scale:
 
 
 def parse_length(text: str) -> Length:
-    """Turn `IMAGE:U0,V0,U1,V1=METRES` into a length.
+    """Parse `IMAGE:U0,V0,U1,V1=METRES`.
 
     Raises:
-        ScanError: it is written otherwise.
+        ScanError: the text has another form.
 
     """
     name, colon, rest = text.rpartition(":")
@@ -65,17 +65,17 @@ def parse_length(text: str) -> Length:
         colon, length, u0, v0, u1, v1 = "", 0.0, 0.0, 0.0, 0.0, 0.0
     if not (colon and name and 0.0 < length < math.inf and (u0, v0) != (u1, v1)):
         raise ScanError(
-            f"'{text}' is no length; write IMAGE:U0,V0,U1,V1=METRES: an image's name, the pixels "
-            "of both ends in it, and how far they are apart, such as 0012:310,205,480,212=0.12"
+            f"'{text}' is not a length; write IMAGE:U0,V0,U1,V1=METRES: an image's name, the "
+            "pixels of both ends in it, and their distance, such as 0012:310,205,480,212=0.12"
         )
     return Length(name, (u0, v0), (u1, v1), length)
 
 
 def parse_baseline(text: str) -> Baseline:
-    """Turn `IMAGE,IMAGE=METRES` into a baseline.
+    """Parse `IMAGE,IMAGE=METRES`.
 
     Raises:
-        ScanError: it is written otherwise.
+        ScanError: the text has another form.
 
     """
     names, _, metres = text.rpartition("=")
@@ -86,8 +86,8 @@ def parse_baseline(text: str) -> Baseline:
         length = 0.0
     if not (comma and first and second and first != second and 0.0 < length < math.inf):
         raise ScanError(
-            f"'{text}' is no baseline; write IMAGE,IMAGE=METRES: the names of two images and how "
-            "far the camera went from one to the other, such as 0000,0040=0.3"
+            f"'{text}' is not a baseline; write IMAGE,IMAGE=METRES: the names of two images and "
+            "how far the camera moved between them, such as 0000,0040=0.3"
         )
     return Baseline(first, second, length)
 
@@ -95,12 +95,12 @@ def parse_baseline(text: str) -> Baseline:
 def scale_of_lengths(solution: Solution, lengths: Sequence[Length]) -> Scale | None:
     """Return the scale by lengths whose ends are marked in two images or more; None without any.
 
-    Marks with the same metres are of the same length. Both ends are where their lines of sight
-    come closest; the deviation is what a pixel's deviation of each mark makes of it.
+    Marks with the same metres belong to the same length. Each end is where its rays come closest.
+    The deviation follows from a standard deviation of each mark in pixels.
 
     Raises:
-        ScanError: a length is marked in one image, in one that was not found, or its marks are not
-            of the same points.
+        ScanError: a length is marked in one image only or in an image without a pose, or its marks
+            are not of the same points.
 
     """
     found = []
@@ -108,8 +108,8 @@ def scale_of_lengths(solution: Solution, lengths: Sequence[Length]) -> Scale | N
         marks = [one for one in lengths if one.metres == metres]
         if len(marks) < 2:
             raise ScanError(
-                f"the length of {digits(metres)} m is marked in {marks[0].name} alone; mark both "
-                "ends in two images from different places, with --length twice"
+                f"the length of {digits(metres)} m is marked only in {marks[0].name}; mark both "
+                "ends in two images from different positions, with --length twice"
             )
         found.append(_of_length(solution, marks))
     if not found:
@@ -118,10 +118,10 @@ def scale_of_lengths(solution: Solution, lengths: Sequence[Length]) -> Scale | N
 
 
 def scale_of_baselines(solution: Solution, baselines: Sequence[Baseline]) -> Scale | None:
-    """Return the scale by how far the camera went between images; None without any.
+    """Return the scale by the distances between the camera's positions; None without any.
 
     Raises:
-        ScanError: an image was not found, or the camera did not move between two.
+        ScanError: an image has no pose, or the camera did not move between two.
 
     """
     found = []
@@ -130,32 +130,30 @@ def scale_of_baselines(solution: Solution, baselines: Sequence[Baseline]) -> Sca
         units = float(np.linalg.norm(places[1] - places[0]))
         if units < 1e-6 * solution.distance:
             raise ScanError(f"the camera did not move between {one.first} and {one.second}")
-        # A camera's place is known about as well as a mark, seen from the scene's distance.
+        # A camera's position is about as certain as a mark, seen from the scene's distance.
         off = math.sqrt(2.0) * solution.rms_px / solution.focal_px * solution.distance
         found.append((one.metres / units, off / units))
     return _joined(found, "by a known baseline") if found else None
 
 
 def index_of(solution: Solution, name: str) -> int:
-    """Return which of the images that were found has a name.
+    """Return the index of the image with a name, among those with poses.
 
     Raises:
-        ScanError: none has.
+        ScanError: there is none.
 
     """
     index = solution.index(image_name(name))
     if index is None:
         some = ", ".join([*solution.names[:3], "...", solution.names[-1]])
-        raise ScanError(
-            f"there is no image '{name}' among those whose place was found: {some}; mark another"
-        )
+        raise ScanError(f"there is no image '{name}' among those with a pose: {some}; mark another")
     return index
 
 
 def meet(solution: Solution, indices: Sequence[int], pixels: Floats) -> tuple[Floats, float]:
-    """Return where lines of sight through pixels (V, 2) of images meet, and the RMS there in px.
+    """Return where the rays through pixels (V, 2) of images meet, and the RMS error there in px.
 
-    The point, (3,), is nearest to all in angle.
+    The point, (3,), minimises the angles to all rays.
     """
     poses = [solution.world_from_camera[index] for index in indices]
     turns = [pose.matrix()[:3, :3] for pose in poses]
@@ -179,7 +177,7 @@ def meet(solution: Solution, indices: Sequence[int], pixels: Floats) -> tuple[Fl
 
 
 def _of_length(solution: Solution, marks: Sequence[Length]) -> tuple[float, float]:
-    """Return the metres of a unit by the marks of one length, and their relative deviation."""
+    """Return a unit in metres from the marks of one length, and its relative deviation."""
     indices = [index_of(solution, one.name) for one in marks]
     pixels = np.array([[one.start, one.end] for one in marks], np.float64)
     _check_apart(solution, indices, marks)
@@ -190,8 +188,8 @@ def _of_length(solution: Solution, marks: Sequence[Length]) -> tuple[float, floa
         names = " and ".join(one.name for one in marks)
         raise ScanError(
             f"the ends of the length of {digits(marks[0].metres)} m in {names} are not the same "
-            f"two points: their lines of sight pass each other by {off:.0f} px; mark the same "
-            "ends in the same order, in pixels of the images as you see them"
+            f"two points: their rays miss each other by {off:.0f} px; mark the same "
+            "ends in the same order, in pixels of the upright images"
         )
     units = _apart(ends)
     slopes = []
@@ -207,7 +205,7 @@ def _apart(ends: Sequence[tuple[Floats, float]]) -> float:
 
 
 def _check_apart(solution: Solution, indices: Sequence[int], marks: Sequence[Length]) -> None:
-    """Check that an end is seen from directions that differ."""
+    """Check that an end is seen from different directions."""
     rays = solution.lens.rays(np.array([one.start for one in marks], np.float64))
     toward = [
         solution.world_from_camera[index].matrix()[:3, :3] @ (ray / np.linalg.norm(ray))
@@ -222,7 +220,7 @@ def _check_apart(solution: Solution, indices: Sequence[int], marks: Sequence[Len
 
 
 def _joined(found: Sequence[tuple[float, float]], words: str) -> Scale:
-    """Return the mean of scales, each weighted by its deviation."""
+    """Return the mean of scales, weighted by their deviations."""
     scales = np.array([scale for scale, _ in found])
     deviations = np.maximum(np.array([deviation for _, deviation in found]), 1e-9)
     weights = deviations**-2 / (deviations**-2).sum()

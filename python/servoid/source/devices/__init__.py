@@ -1,4 +1,4 @@
-"""Drivers of cameras that know more than their pixels: industrial ones, and RealSense."""
+"""Drivers of cameras that deliver more than pixels: industrial cameras and RealSense."""
 
 from servoid.source.devices.found import FoundDevice
 from servoid.source.devices.genicam import GenicamVideo, list_genicam, open_genicam

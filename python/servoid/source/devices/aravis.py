@@ -1,4 +1,4 @@
-"""Calls libaravis, which speaks GigE Vision and USB3 Vision: its functions, types and errors."""
+"""Calls libaravis, which supports GigE Vision and USB3 Vision: functions, types and errors."""
 
 import ctypes
 from ctypes.util import find_library
@@ -10,7 +10,7 @@ from servoid.errors import CaptureError, MissingExtraError
 _NAMES = ("libaravis-0.8.so.0", "libaravis-0.8.dylib", "libaravis-0.8-0.dll")
 _POINTER, _TEXT, _WHOLE = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
 _U32, _U64 = ctypes.c_uint32, ctypes.c_uint64
-# What each function returns and takes. Those of the second table report errors besides.
+# Return and argument types of each function. Those in the second table also report errors.
 _PLAIN: dict[str, tuple[Any, ...]] = {
     "arv_update_device_list": (None,),
     "arv_get_n_devices": (_U32,),
@@ -73,17 +73,17 @@ _FALLIBLE: dict[str, tuple[Any, ...]] = {
 
 
 class _GError(ctypes.Structure):
-    """Is GLib's own error."""
+    """GLib's error structure."""
 
     _fields_ = (("domain", _U32), ("code", _WHOLE), ("message", _TEXT))
 
 
 class AravisError(CaptureError):
-    """Is raised for what libaravis or a camera refuses."""
+    """Raised when libaravis or a camera refuses an operation."""
 
 
 class Aravis:
-    """The functions of libaravis; an error that one reports is raised."""
+    """The functions of libaravis; errors that they report are raised."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
         self._calls: dict[str, Any] = {}
@@ -94,7 +94,7 @@ class Aravis:
             self._calls[name] = _declared(library, name, returns, [*takes, error])
 
     def call(self, name: str, *arguments: Any) -> Any:
-        """Call a function without its prefix `arv_`; texts are str.
+        """Call a function, named without its prefix `arv_`; strings are str.
 
         Raises:
             AravisError: the function reports an error.

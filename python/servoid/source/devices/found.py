@@ -1,4 +1,4 @@
-"""A device that was found, and how devices are listed in messages."""
+"""A device that was found, and the list of devices in messages."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class FoundDevice:
-    """A device that is there: the name by which it opens, and what it is, in words."""
+    """A connected device: the name by which it opens, and its description."""
 
     name: str
     said: str

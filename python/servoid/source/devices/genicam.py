@@ -1,4 +1,4 @@
-"""Industrial cameras of GigE Vision and USB3 Vision, through Aravis."""
+"""Industrial cameras with GigE Vision or USB3 Vision, through Aravis."""
 
 import ctypes
 import time
@@ -16,12 +16,12 @@ from servoid.source.devices.gige import answers
 from servoid.source.devices.pixels import FORMATS, decode_pixels, refused_format
 from servoid.source.live import LiveCamera
 
-_BUFFERS = 8  # images that the driver may fill before one is fetched
-_WAIT_S = 0.1  # for an image, until the camera is asked if it is still there
-_SILENT_S = 0.7  # without an image that should have come, after which a camera is opened anew
+_BUFFERS = 8  # buffers that the driver may fill before one is fetched
+_WAIT_S = 0.1  # for an image, before the camera's presence is checked
+_SILENT_S = 0.7  # without an expected image, after which a camera is reopened
 _SILENT_PERIODS = 5.0
-_ASK_S = 1.0  # between two questions to a camera that awaits a trigger
-_NEAR_TRIES = 50  # of which all but one ask for a lost camera where it was, which is quick
+_ASK_S = 1.0  # between presence checks of a camera that awaits a trigger
+_NEAR_TRIES = 50  # all but one of which look for a lost camera at its old address, which is fast
 _LAST_SHORT_NUMBER = 65535  # after which GigE Vision counts images from 1 again
 _STATES = {
     1: "it was given back unfilled",
@@ -36,7 +36,7 @@ _WRONG_SIZE = 5
 
 
 def list_genicam() -> tuple[FoundDevice, ...]:
-    """List the cameras that answer; it takes a second.
+    """List the cameras that answer; takes a second.
 
     Raises:
         MissingExtraError: libaravis is not installed.
@@ -58,7 +58,7 @@ def list_genicam() -> tuple[FoundDevice, ...]:
 def open_genicam(
     name: str, lens: Lens, rig_from_camera: Pose | None = None, controls: Controls | None = None
 ) -> LiveCamera:
-    """Open an industrial camera for `Live`; it does not know how it sees, so `lens` says it.
+    """Open an industrial camera for `Live`; it has no calibration, so `lens` supplies it.
 
     Raises:
         CaptureError: as `GenicamVideo`, or its images have another size than the lens.
@@ -71,20 +71,20 @@ def open_genicam(
         raise CaptureError(
             f"genicam:{name} delivers {video.size_px[0]}x{video.size_px[1]} pixels, but the lens "
             f"has {lens.size_px[0]}x{lens.size_px[1]}; set the camera's region, or calibrate it "
-            "with the one it has"
+            "with its current region"
         )
     return LiveCamera("camera", video, lens, rig_from_camera or Pose.identity())
 
 
 class GenicamVideo:
-    """A camera as `Video`; its images carry the stamps of its own clock.
+    """A camera as `Video`; its images have the timestamps of its own clock.
 
-    `size_px` is the (width, height) of its images, which it keeps: a region that servoid changed
-    would no longer fit the calibration.
+    `size_px` is the (width, height) of its images. The camera keeps its region: changing it would
+    invalidate the calibration.
     """
 
     def __init__(self, name: str, controls: Controls | None = None) -> None:
-        """Open a camera by its name, serial number, or address, and let it run.
+        """Open a camera by its name, serial number or address, and start it.
 
         Raises:
             CaptureError: there is no such camera, another program holds it, or its images cannot
@@ -116,7 +116,7 @@ class GenicamVideo:
             raise
 
     def grab(self) -> bool:
-        """Wait for the next image; say if there is one.
+        """Wait for the next image; return whether there is one.
 
         Raises:
             LostDeviceError: the camera is gone, or silent for too long.
@@ -135,21 +135,21 @@ class GenicamVideo:
         return True
 
     def retrieve(self) -> tuple[bool, Delivery | None]:
-        """Return the image that was grabbed last, with its stamp."""
+        """Return the last grabbed image, with its timestamp."""
         data, self._data = self._data, None
         return data is not None, data
 
     @property
     def may_be_silent(self) -> bool:
-        """Say if the camera awaits a trigger, or does not tell when images should come."""
+        """Return whether the camera awaits a trigger, or reports no rate of images."""
         return self._patience_s is None
 
     def release(self) -> None:
-        """Stop the camera and close it; one that is lost is closed in the background."""
+        """Stop the camera and close it; a lost one is closed in the background."""
         camera, stream, self._camera = self._camera, self._stream, None
         if camera is None:
             return
-        if self._is_lost:  # each message to it waits for an answer that does not come
+        if self._is_lost:  # each message to it would wait for a timeout
             Thread(target=_close, args=(self._library, camera, stream), daemon=True).start()
             return
         try:
@@ -161,10 +161,10 @@ class GenicamVideo:
             _close(self._library, camera, stream)
 
     def reopened(self) -> "GenicamVideo":
-        """Open the same camera anew, once it is there again.
+        """Reopen the same camera, once it is connected again.
 
         Raises:
-            CaptureError: it is not there.
+            CaptureError: it is not connected.
 
         """
         self._tries += 1
@@ -181,8 +181,8 @@ class GenicamVideo:
     def _check_control(self) -> None:
         if self._is_gige and not self._call("gv_device_is_controller", self._device):
             raise CaptureError(
-                f"genicam:{self._name} is held by another program; end that, or wait a few seconds "
-                "if it was killed"
+                f"genicam:{self._name} is in use by another program; stop it, or wait a few "
+                "seconds if it was killed"
             )
 
     def _check_format(self) -> None:
@@ -191,7 +191,7 @@ class GenicamVideo:
             raise CaptureError(f"genicam:{self._name}: {refused_format(name)}")
 
     def _start(self) -> None:
-        """Give the driver buffers, and let images come."""
+        """Give buffers to the driver, and start the acquisition."""
         self._address = _address(self._library, self._device) if self._is_gige else None
         if self._is_gige:
             self._call("camera_gv_auto_packet_size", self._camera)
@@ -212,7 +212,7 @@ class GenicamVideo:
                 return None
             rate_hz = self._call("camera_get_frame_rate", self._camera)
         except AravisError:
-            return None  # nothing is known of when images should come
+            return None  # the time of the next image is unknown
         return max(_SILENT_S, _SILENT_PERIODS / rate_hz) if rate_hz > 0.0 else None
 
     def _check_presence(self, silent_s: float) -> None:
@@ -224,7 +224,7 @@ class GenicamVideo:
             self._ask()
 
     def _ask(self) -> None:
-        """Check that a camera that may be silent answers at all."""
+        """Check that a camera that may be silent still answers."""
         self._asked_s = time.monotonic()
         try:
             self._integer("Width")
@@ -240,9 +240,9 @@ class GenicamVideo:
         missing = self._missing(self._call("buffer_get_frame_id", buffer))
         notices, self._notices = self._notices, ()
         if state == _WRONG_SIZE:
-            raise LostDeviceError(f"an image is left out: {_STATES[state]}")  # but it is there
+            raise LostDeviceError(f"an image is left out: {_STATES[state]}")  # still connected
         if state != 0:
-            reason = _STATES.get(state, "the driver does not know its state")
+            reason = _STATES.get(state, "its state is unknown to the driver")
             notices = *notices, f"an image is left out: {reason}"
             return Delivery(missing=missing, notices=notices)
         stamp_ns = self._call("buffer_get_timestamp", buffer)
@@ -268,12 +268,12 @@ class GenicamVideo:
         )
 
     def _missing(self, number: int) -> int:
-        """Return how many images are missing before one of a number."""
+        """Return the number of images that are missing before the image with a number."""
         last, self._number = self._number, number
         if last is None:
             return 0
         count = number - last - 1
-        if count < 0:  # 0 is no number, so 1 follows upon the last one
+        if count < 0:  # numbers wrap to 1, as 0 is not used
             count += _LAST_SHORT_NUMBER
         return count if 0 < count < _LAST_SHORT_NUMBER // 2 else 0
 
@@ -283,14 +283,14 @@ def _opened(library: Aravis, name: str) -> Any:
         return library.call("camera_new", name)
     except AravisError as reason:
         raise CaptureError(
-            f"no camera opens as genicam:{name} ({reason}); {said_found(list_genicam())}; one that "
-            "another program holds must be set free first"
+            f"no camera can be opened as genicam:{name} ({reason}); {said_found(list_genicam())}; "
+            "one that another program uses must be released first"
         ) from reason
 
 
 def _address(library: Aravis, device: Any) -> str:
-    """Return the internet address of a camera of GigE Vision."""
-    socket = library.call("gv_device_get_device_address", device)  # which stays the device's
+    """Return the IP address of a GigE Vision camera."""
+    socket = library.call("gv_device_get_device_address", device)  # still owned by the device
     address = library.call("g_inet_socket_address_get_address", socket)
     return library.call("g_inet_address_to_string", address)
 

@@ -1,4 +1,4 @@
-"""Sets what an industrial camera may not change by itself, by the names of GenICam's features."""
+"""Fixes the settings that an industrial camera changes by itself, by GenICam feature names."""
 
 from typing import Any
 
@@ -6,11 +6,11 @@ from servoid.source.controls import Controls
 from servoid.source.devices.aravis import Aravis, AravisError
 
 _AUTOMATIC = ("ExposureAuto", "GainAuto", "BalanceWhiteAuto", "FocusAuto")
-_CLOSE = 0.01  # cameras round to lines and to steps of their gain
+_CLOSE = 0.01  # cameras round exposure to lines and gain to steps
 
 
 def apply_controls(library: Aravis, camera: Any, controls: Controls) -> tuple[str, ...]:
-    """Set a camera, and return what it refused, as sentences for people."""
+    """Set a camera, and return what it refused, as messages for the user."""
     device = _Device(library, camera)
     said = []
     if controls.lock:
@@ -29,7 +29,7 @@ def apply_controls(library: Aravis, camera: Any, controls: Controls) -> tuple[st
 
 
 def _locks(controls: Controls) -> list[tuple[str, bool]]:
-    """Return the automatic controls to end, and if each may adapt once before."""
+    """Return the automatic controls to turn off, and whether each may adapt once before."""
     given = {"ExposureAuto": controls.exposure_s, "GainAuto": controls.gain}
     return [
         (feature, given.get(feature) is None and feature != "FocusAuto") for feature in _AUTOMATIC
@@ -52,7 +52,7 @@ class _Device:
             return False
 
     def lock(self, feature: str, adapts: bool) -> str | None:
-        """End an automatic control, after it adapted once if it can; say if the camera refuses."""
+        """Turn off an automatic control, after it adapted once if it can; report a refusal."""
         if not self._has(feature) or self._call("get_string", feature) == "Off":
             return None
         for value in ("Once", "Off") if adapts else ("Off",):
@@ -63,12 +63,12 @@ class _Device:
                         return None
             except AravisError:
                 continue
-        return f"the camera refuses {feature} = Off, so it goes on changing by itself"
+        return f"the camera refuses {feature} = Off, so it continues to change by itself"
 
     def set(self, what: str, key: str, value: float, unit: float) -> str | None:
-        """Set a value, in a unit of the camera; say if it has no such value, refuses or differs."""
+        """Set a value in the camera's unit; report if it is unsupported, refused or differs."""
         if not self._call(f"is_{what}_available"):
-            return f"the camera lets nobody set its {what.replace('_', ' ')}, so {key} is not used"
+            return f"the camera allows no {what.replace('_', ' ')} to be set, so {key} is not used"
         try:
             self._call(f"set_{what}", value / unit)
             kept = self._call(f"get_{what}") * unit

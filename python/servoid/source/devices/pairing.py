@@ -1,43 +1,43 @@
-"""Joins the images that the streams of one device took at one moment, by their stamps."""
+"""Groups the images of one device's streams by instant, using their timestamps."""
 
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
-_WAITING = 8  # moments, after which one that lacks a stream is given up
+_WAITING = 8  # pending instants, beyond which an incomplete one is dropped
 
 
 @dataclass(eq=False)
 class Moment:
-    """What streams took at one moment: images by the stream's name, stamped in seconds."""
+    """What streams took at one instant: images by stream name, with a timestamp in seconds."""
 
     stamp_s: float
     images: dict[str, Any] = field(default_factory=dict)
 
 
 class Pairing:
-    """Collects images that come in any order until all streams have one of the same stamp.
+    """Collects images in any order until all streams have one with the same timestamp.
 
-    Without a stream that is only `wanted` a moment is complete once a later one is; without a
-    `needed` one it is left out. Moments come out in the order of their stamps.
+    If only a `wanted` stream is missing, an instant is complete once a later one is; if a `needed`
+    one is missing, it is left out. Instants are returned in the order of their timestamps.
     """
 
     def __init__(
         self, needed: tuple[str, ...], wanted: tuple[str, ...] = (), *, apart_s: float
     ) -> None:
-        """Join images whose stamps differ by `apart_s` at most: far less than a period."""
+        """Group images whose timestamps differ by at most `apart_s`: far less than a period."""
         self._needed, self._wanted, self._apart_s = needed, wanted, apart_s
         self._waiting: deque[Moment] = deque()
         self._last_s: float | None = None
         self._alone: dict[str, int] = {}
 
     def add(self, stream: str, stamp_s: float, image: Any) -> list[Moment]:
-        """Take an image of a stream; return the moments that are complete now."""
+        """Add an image of a stream; return the instants that are now complete."""
         if self._last_s is not None and stamp_s <= self._last_s + self._apart_s:
             if stamp_s > self._last_s - 1.0:
                 self._count(stream)
                 return []
-            self._waiting.clear()  # the device's clock went back: it was restarted
+            self._waiting.clear()  # the device's clock jumped back: it was restarted
             self._last_s = None
         moment = self._moment(stamp_s)
         moment.images[stream] = image
@@ -48,7 +48,7 @@ class Pairing:
         return self._until(moment)
 
     def alone(self) -> tuple[str, ...]:
-        """Say which images had no partner since this was asked last."""
+        """Report the images that had no partner since the previous call."""
         said = tuple(
             f"{count} {'image' if count == 1 else 'images'} of {name} had no partner of the same "
             "moment"
@@ -58,7 +58,7 @@ class Pairing:
         return said
 
     def _moment(self, stamp_s: float) -> Moment:
-        """Return the moment of a stamp, in order among those that wait."""
+        """Return the instant with a timestamp, in order among the pending ones."""
         for place, one in enumerate(self._waiting):
             if abs(one.stamp_s - stamp_s) <= self._apart_s:
                 return one
@@ -72,12 +72,12 @@ class Pairing:
         return all(name in moment.images for name in self._needed)
 
     def _without_wanted(self) -> list[Moment]:
-        """Return the moments that wait for what is not needed, while a later one waits as well."""
+        """Return pending instants that lack only optional streams, if a later one is pending."""
         ready = [one for one in self._waiting if self._has_needed(one)]
         return self._until(ready[-2]) if len(ready) > 1 else []
 
     def _until(self, last: Moment) -> list[Moment]:
-        """Return what is complete up to a moment, and give up what is not."""
+        """Return the complete instants up to a given one, and drop the incomplete ones."""
         found: list[Moment] = []
         while self._waiting and self._waiting[0].stamp_s <= last.stamp_s:
             one = self._waiting.popleft()

@@ -1,12 +1,12 @@
-"""Turns the bytes of industrial cameras into images, by the names of GenICam's pixel formats."""
+"""Decodes image buffers of industrial cameras, by GenICam pixel format."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import CaptureError
 
-# The code of a format in an image's header, its name, the type of a sample and how many a pixel
-# has, and by how many bits samples are shifted to fill their type.
+# The code of a format in an image's header, its name, the type of a sample, the number of samples
+# per pixel, and by how many bits samples are shifted to fill their type.
 _TABLE: tuple[tuple[int, str, type, int, int], ...] = (
     (0x01080001, "Mono8", np.uint8, 1, 0),
     (0x01100003, "Mono10", np.uint16, 1, 6),
@@ -24,24 +24,24 @@ _TABLE: tuple[tuple[int, str, type, int, int], ...] = (
 )
 _BY_CODE = {row[0]: row for row in _TABLE}
 FORMATS = tuple(row[1] for row in _TABLE)
-"""The names of the pixel formats that can be read."""
+"""The names of the supported pixel formats."""
 
 
 def format_name(code: int) -> str:
-    """Return the name of a pixel format, or its number where it is none of `FORMATS`."""
+    """Return the name of a pixel format, or its code if it is not one of `FORMATS`."""
     return _BY_CODE[code][1] if code in _BY_CODE else f"0x{code:08X}"
 
 
 def decode_pixels(
     data: bytes, code: int, size_px: tuple[int, int], padding: int = 0
 ) -> NDArray[np.uint8] | NDArray[np.uint16]:
-    """Return the image of a buffer: (H, W), or (H, W, 3) blue first, uint8 or uint16.
+    """Decode the image in a buffer: (H, W), or (H, W, 3) in BGR order, uint8 or uint16.
 
-    `code` is the pixel format's number, `size_px` (width, height), `padding` the bytes that follow
-    each row. Samples of 10 to 14 bits fill 16.
+    `code` is the pixel format's code, `size_px` is (width, height), `padding` the bytes after each
+    row. Samples of 10 to 14 bits are shifted to 16.
 
     Raises:
-        CaptureError: the format is none of `FORMATS`, or bytes are missing.
+        CaptureError: the format is not one of `FORMATS`, or bytes are missing.
 
     """
     if code not in _BY_CODE:
@@ -62,7 +62,7 @@ def decode_pixels(
 
 
 def refused_format(name: str) -> str:
-    """Say that a pixel format cannot be read, and which can."""
+    """Make the message that a pixel format is not supported, with the supported ones."""
     return (
         f"the pixel format {name} cannot be read; set the camera's PixelFormat to one of "
         f"{', '.join(FORMATS)}"
@@ -70,11 +70,11 @@ def refused_format(name: str) -> str:
 
 
 def _image(name: str, pixels: NDArray) -> NDArray:
-    """Return (H, W, samples) as grey or blue first."""
+    """Return (H, W, samples) as grey or BGR."""
     import cv2
 
     if name.startswith("Bayer"):
-        # GenICam names the first two pixels of the first row, green not by its neighbours.
+        # GenICam names a Bayer pattern by the first two pixels of the first row.
         pattern = {"GR": "GRBG", "RG": "RGGB", "GB": "GBRG", "BG": "BGGR"}[name[5:7]]
         return cv2.cvtColor(pixels[..., 0], getattr(cv2, f"COLOR_BAYER_{pattern}2BGR"))
     if name.startswith("YUV"):

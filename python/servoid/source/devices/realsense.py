@@ -1,4 +1,4 @@
-"""RealSense cameras: their rectified infrared pair, emitter off, and their depth."""
+"""RealSense cameras: the rectified infrared pair with the emitter off, and depth."""
 
 import time
 from collections import deque
@@ -22,11 +22,11 @@ from servoid.source.devices.realsense_controls import RealSenseControls
 from servoid.source.devices.realsense_streams import Streams, choose_streams
 from servoid.source.live import LiveCamera
 
-_WAIT_MS = 100  # for an image, until the device is asked if it is still there
-_QUEUE = 32  # images that librealsense keeps until one is fetched
+_WAIT_MS = 100  # for an image, before the device's presence is checked
+_QUEUE = 32  # images that librealsense queues
 _SILENT_S = 1.0  # without a pair, after which the device must be gone
-_RESTING_S = 0.05  # after which a player that was told to pause reads no more
-_APART = 0.4  # of a period; stamps are equal, unless a computer without metadata makes them up
+_RESTING_S = 0.05  # after which a paused player no longer reads
+_APART = 0.4  # of a period; stamps are equal, unless a host without metadata makes them up
 EYES = ("left", "right")
 
 
@@ -48,7 +48,7 @@ def load_library() -> Any:
 
 
 def list_realsense() -> tuple[FoundDevice, ...]:
-    """List the RealSense cameras that are plugged in.
+    """List the connected RealSense cameras.
 
     Raises:
         MissingExtraError: pyrealsense2 is not installed.
@@ -66,8 +66,8 @@ def open_realsense(
 ) -> tuple[LiveCamera, LiveCamera]:
     """Open the infrared pair of a RealSense camera, or of its recording, for `Live`.
 
-    The emitter is off, and the device says how its eyes see and where they sit; with `depth` its
-    depth images come too. Arguments and errors are those of `RealSenseVideo`.
+    The emitter is off, and the calibration of the eyes comes from the device. With `depth` its
+    depth images are delivered, too. Arguments and errors are those of `RealSenseVideo`.
     """
     video = RealSenseVideo(serial, controls, depth=depth)
     left, right = (
@@ -78,18 +78,18 @@ def open_realsense(
 
 
 class RealSenseVideo:
-    """A camera, or a recording that librealsense made of one, as `Video` with two eyes.
+    """A camera, or a recording of one by librealsense, as `Video` with two eyes.
 
-    `lenses` and `rig_from_eyes` are those of the left and the right eye, as the device knows them;
-    the rig is the left eye. Depth images are in the left eye's pixels.
+    `lenses` and `rig_from_eyes` are those of the left and the right eye, from the device; the rig
+    is the left eye. Depth images are in the left eye's pixels.
     """
 
     def __init__(
         self, serial: str = "", controls: Controls | None = None, *, depth: bool = True
     ) -> None:
-        """Open a camera by its serial number, or a recording by its path, and let it run.
+        """Open a camera by its serial number, or a recording by its path, and start it.
 
-        Without a serial number it is the only camera that is plugged in.
+        Without a serial number, the only connected camera is used.
 
         Raises:
             CaptureError: there is no such camera or recording, or it has no infrared pair.
@@ -121,10 +121,10 @@ class RealSenseVideo:
         self._start()
 
     def grab(self) -> bool:
-        """Wait for the next pair; say if there is one.
+        """Wait for the next pair; return whether there is one.
 
         Raises:
-            EndedError: the recording is over.
+            EndedError: the recording has ended.
             LostDeviceError: the device is gone.
 
         """
@@ -137,7 +137,7 @@ class RealSenseVideo:
         return True
 
     def retrieve(self) -> tuple[bool, Delivery | None]:
-        """Return the pair that was grabbed last, with its stamp and depth."""
+        """Return the last grabbed pair, with its timestamp and depth."""
         if not self._ready:
             return False, None
         moment = self._ready.popleft()
@@ -162,19 +162,19 @@ class RealSenseVideo:
         if self._is_running:
             self._is_running = False
             try:
-                if self._is_recording:  # librealsense crashes if it is stopped while it reads
+                if self._is_recording:  # stopping librealsense while it reads crashes it
                     self._device.as_playback().pause()
                     time.sleep(_RESTING_S)
                 self._streams.sensor.stop()
                 self._streams.sensor.close()
             except RuntimeError:
-                pass  # it is gone, so it has stopped
+                pass  # the device is gone, so it has stopped
 
     def reopened(self) -> "RealSenseVideo":
-        """Open the same camera anew.
+        """Reopen the same camera.
 
         Raises:
-            CaptureError: it is not there.
+            CaptureError: it is not connected.
 
         """
         return RealSenseVideo(self._serial, self._controls, depth=self._depth)
@@ -194,7 +194,7 @@ class RealSenseVideo:
         self._last_s = time.monotonic()
 
     def _take(self, frame: Any) -> None:
-        """Put an image beside those of the same moment."""
+        """Group an image with those of the same instant."""
         self._has_played = True
         stream = self._streams.name_of(frame)
         if stream is None:
@@ -210,13 +210,13 @@ class RealSenseVideo:
         self._ready.extend(self._pairing.add(stream, stamp_s, (image, notices)))
 
     def _count_missing(self, number: int) -> None:
-        """Count the images that are missing before one of the left eye."""
+        """Count the images that are missing before an image of the left eye."""
         last, self._number = self._number, number
         if last is not None and number > last:
             self._missing += number - last - 1
 
     def _other_clock(self, frame: Any) -> tuple[str, ...]:
-        """Tell that stamps are of another clock than before."""
+        """Report that timestamps now come from another clock than before."""
         last, self._domain = self._domain, frame.get_frame_timestamp_domain().name
         if last is None or last == self._domain:
             return ()
@@ -234,23 +234,23 @@ class RealSenseVideo:
 
 
 def _played(context: Any, _library: Any, path: str) -> Any:
-    """Return the device that a recording was made of."""
+    """Return the device of a recording."""
     try:
         return context.load_device(path)
     except RuntimeError as reason:
         raise CaptureError(
-            f"{path} is no recording that librealsense can play ({reason})"
+            f"{path} is not a recording that librealsense can play ({reason})"
         ) from reason
 
 
 @lru_cache(maxsize=1)
 def _context(library: Any) -> Any:
-    """Return what knows the devices that are plugged in; it takes long to make."""
+    """Return the context that lists connected devices; slow to create."""
     return library.context()
 
 
 def _plugged_in(context: Any, library: Any, serial: str) -> Any:
-    """Return the device of a serial number."""
+    """Return the device with a serial number."""
     devices = list(context.query_devices())
     fitting = [one for one in devices if serial in ("", _info(library, one, "serial_number"))]
     if len(fitting) == 1:
@@ -274,7 +274,7 @@ def _info(library: Any, device: Any, what: str) -> str:
 
 
 def _metres(raw: NDArray[np.uint16], unit_m: float) -> NDArray[np.float32]:
-    """Return metres (H, W) float32 of a depth image, NaN where nothing was measured."""
+    """Convert a depth image to metres (H, W) float32, NaN where nothing was measured."""
     depth = raw.astype(np.float32) * np.float32(unit_m)
     depth[raw == 0] = np.nan
     return depth

@@ -1,22 +1,22 @@
-"""Keeps a RealSense camera's emitter off and its exposure still, and tells where it fails."""
+"""Keeps a RealSense camera's emitter off and its exposure locked, and reports failures."""
 
 import time
 from typing import Any
 
 from servoid.source.controls import Controls
 
-_SETTLING = 30  # images in which the exposure may adapt, before it is locked
-_CLOSE = 0.02  # of an exposure or a gain, within which it has not changed
-_ASKING_S = 1.0  # between questions to a device whose images do not say if the emitter is on
+_SETTLING = 30  # images in which the exposure may adapt before it is locked
+_CLOSE = 0.02  # relative change of an exposure or a gain that counts as none
+_ASKING_S = 1.0  # between queries of a device whose images lack the emitter's state
 _EMITTER = "the emitter is on: its dots would be taken for the object's surface"
-# Of an image's metadata: each is 0 while the emitter is off.
+# Keys of an image's metadata: each is 0 while the emitter is off.
 _EMITTING = ("frame_laser_power_mode", "frame_emitter_mode")
 
 
 class RealSenseControls:
-    """Sets the options of a sensor, and watches over them while it runs.
+    """Sets the options of a sensor, and monitors them while it runs.
 
-    `library` is pyrealsense2, `sensor` its sensor, None that of a recording, which is as it is.
+    `library` is pyrealsense2. `sensor` is its sensor, None for a recording, which cannot be set.
     `notices` are what the device refused.
     """
 
@@ -28,7 +28,7 @@ class RealSenseControls:
         self.notices: tuple[str, ...] = () if sensor is None else self._begin()
 
     def _begin(self) -> tuple[str, ...]:
-        """Set what is asked for; return what is refused."""
+        """Apply the controls; return what is refused."""
         controls = self._controls
         said = [self._set("emitter_enabled", 0.0)]
         if controls.exposure_s is not None or controls.gain is not None:
@@ -40,7 +40,7 @@ class RealSenseControls:
         return tuple(one for one in said if one is not None)
 
     def watch(self, frame: Any) -> tuple[str, ...]:
-        """Return what is wrong with an image that came, as sentences for people."""
+        """Return what is wrong with an image that arrived, as messages for the user."""
         self._count += 1
         said = [_EMITTER] if self._emits(frame) else []
         if self._sensor is None:
@@ -54,7 +54,7 @@ class RealSenseControls:
         return (*said, *self._changes(known)) if self._controls.lock else tuple(said)
 
     def _emits(self, frame: Any) -> bool:
-        """Say if the emitter was on in an image, by what it says of itself or by asking."""
+        """Return whether the emitter was on in an image, from its metadata or by query."""
         modes = [_known(self._library, frame, name) for name in _EMITTING]
         if any(mode is not None for mode in modes):
             return any(modes)
@@ -67,7 +67,7 @@ class RealSenseControls:
         return bool(self._get("emitter_enabled"))
 
     def _settle(self, known: dict[str, float]) -> tuple[str, ...]:
-        """Lock the exposure once it has adapted, to the values that it has then."""
+        """Lock the exposure once it has adapted, at its current values."""
         if self._count < _SETTLING or not self._controls.lock:
             return ()
         self._is_settled = True
@@ -81,7 +81,7 @@ class RealSenseControls:
         return tuple(one for one in said if one is not None)
 
     def _changes(self, known: dict[str, float]) -> tuple[str, ...]:
-        """Tell values that changed since the image before, though they are locked."""
+        """Report values that changed since the previous image, though they are locked."""
         said = [
             f"its {_MEASURED[name]} changed from {self._usual[name]:g} to {value:g}, though locked"
             for name, value in known.items()
@@ -96,7 +96,7 @@ class RealSenseControls:
         return None if sensor is None or not sensor.supports(option) else sensor.get_option(option)
 
     def _set(self, name: str, value: float | None, units: float = 1.0) -> str | None:
-        """Set an option if the sensor has it and it differs; say if it refuses or has none."""
+        """Set an option if the sensor has it and it differs; report if it refuses or lacks it."""
         sensor = self._sensor
         if sensor is None or value is None or self._get(name) == value * units:
             return None
@@ -115,6 +115,6 @@ _MEASURED = {"actual_exposure": "exposure (µs)", "gain_level": "gain"}
 
 
 def _known(library: Any, frame: Any, name: str) -> float | None:
-    """Return a value that an image says of itself, or None."""
+    """Return a value from an image's metadata, or None."""
     value = getattr(library.frame_metadata_value, name)
     return float(frame.get_frame_metadata(value)) if frame.supports_frame_metadata(value) else None

@@ -1,4 +1,4 @@
-"""Chooses the streams of a RealSense camera, and reads how its eyes see and where they sit."""
+"""Chooses the streams of a RealSense camera, and reads the calibration of its eyes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ from servoid._native import Lens, Pose
 from servoid.errors import CaptureError
 
 _USUAL_HZ = 30
-_USUAL_PX = (848, 480)  # what the makers of the stereo module optimised it for
-_EYES = {1: "left", 2: "right"}  # infrared streams count from 1
-_STRAIGHT = 1e-6  # of a depth image's rotation and shift against the left eye
+_USUAL_PX = (848, 480)  # the size for which the stereo module is optimised
+_EYES = {1: "left", 2: "right"}  # infrared streams are numbered from 1
+_STRAIGHT = 1e-6  # of a depth image's rotation and shift relative to the left eye
 
 
 @dataclass(frozen=True, eq=False)
 class Streams:
-    """The sensor to open, its profiles, and what the device knows of its eyes.
+    """The sensor to open, its profiles, and the calibration of its eyes.
 
     `profiles` are those of the left and the right eye and of depth, None where there is none.
     """
@@ -31,7 +31,7 @@ class Streams:
 
     @property
     def rate_hz(self) -> int:
-        """Return how many images a second each stream has."""
+        """Return the images per second of each stream."""
         return self.profiles[0].fps()
 
     @property
@@ -40,7 +40,7 @@ class Streams:
         return self.profiles[2]
 
     def name_of(self, frame: Any) -> str | None:
-        """Return which stream an image is of, None for one that was not asked for."""
+        """Return the stream to which an image belongs, None for one that was not requested."""
         came = _kind(frame.get_profile())
         for name, profile in zip(("left", "right", "depth"), self.profiles, strict=True):
             if profile is not None and _kind(profile) == came:
@@ -49,7 +49,7 @@ class Streams:
 
 
 def choose_streams(library: Any, device: Any, rate_hz: float | None, depth: bool) -> Streams:
-    """Choose the infrared pair of a device and, if asked for, its depth in the same pixels.
+    """Choose the infrared pair of a device and, if requested, depth in the same pixels.
 
     Raises:
         CaptureError: it has no infrared pair, or none at this rate, or of another lens model.
@@ -75,7 +75,7 @@ def _kind(profile: Any) -> tuple[Any, int]:
 
 
 def _name(library: Any, profile: Any) -> str | None:
-    """Return the name of a stream that can be used, or None."""
+    """Return the name of a usable stream, or None."""
     kind, form = profile.stream_type(), profile.format()
     if kind == library.stream.infrared and form == library.format.y8:
         return _EYES.get(profile.stream_index())
@@ -83,7 +83,7 @@ def _name(library: Any, profile: Any) -> str | None:
 
 
 def _best(keys: Iterable[tuple[int, int, int]], rate_hz: float | None) -> tuple[int, int, int]:
-    """Return the (width, height, images a second) to run with."""
+    """Return the best (width, height, images per second)."""
     wanted_hz = rate_hz or _USUAL_HZ
     rates = sorted({key[2] for key in keys})
     if rate_hz is not None and rate_hz not in rates:
@@ -123,7 +123,7 @@ def _is_same_view(depth: Any, left: Any) -> bool:
 
 
 def _pose(extrinsics: Any) -> Pose:
-    """Return b_from_a of librealsense's extrinsics from a to b, whose rotation is by columns."""
+    """Convert librealsense's extrinsics from a to b, with a column-major rotation, to b_from_a."""
     matrix = np.eye(4)
     matrix[:3, :3] = np.reshape(extrinsics.rotation, (3, 3), order="F")
     matrix[:3, 3] = extrinsics.translation
@@ -131,14 +131,14 @@ def _pose(extrinsics: Any) -> Pose:
 
 
 def _lens(library: Any, profile: Any) -> Lens:
-    """Return how an eye sees; a rectified one is a pinhole camera."""
+    """Return the lens of an eye; a rectified one is a pinhole camera."""
     seen = profile.get_intrinsics()
     coefficients = [float(one) for one in seen.coeffs]
     bends = any(coefficients) and seen.model != library.distortion.none
     if bends and seen.model != library.distortion.brown_conrady:
         raise CaptureError(
-            f"the distortion model {seen.model.name} of this RealSense camera is not known; its "
-            "infrared pair should be rectified"
+            f"the distortion model {seen.model.name} of this RealSense camera is not supported; "
+            "its infrared pair should be rectified"
         )
     return Lens(
         model="brown_conrady" if bends else "pinhole",

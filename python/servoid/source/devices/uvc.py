@@ -1,4 +1,4 @@
-"""Locks what a webcam changes by itself, through OpenCV; these lines never saw a webcam."""
+"""Locks automatic settings of a webcam through OpenCV; not tested with a real webcam."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 from servoid.source.controls import Controls
 from servoid.source.delivery import Delivery
 
-_MANUAL, _UNIT_S = 1.0, 1e-4  # of exposure, as the kernel's drivers on Linux count
+_MANUAL, _UNIT_S = 1.0, 1e-4  # of exposure, in the unit of the Linux kernel's drivers
 _CLOSE = 0.02
 
 
 class Webcam:
-    """A capture of OpenCV whose first image says what the webcam refused."""
+    """An OpenCV capture whose first image reports what the webcam refused."""
 
     def __init__(self, video: Any, controls: Controls) -> None:
         self._notices = lock_webcam(video, controls)
@@ -20,17 +20,17 @@ class Webcam:
         self._retrieve = video.retrieve
 
     def retrieve(self) -> tuple[bool, Any]:
-        """Return the image that was grabbed last."""
+        """Return the last grabbed image."""
         found, image = self._retrieve()
         notices, self._notices = self._notices, ()
         return found, Delivery((image,), notices=notices) if found and notices else image
 
 
 def lock_webcam(video: Any, controls: Controls) -> tuple[str, ...]:
-    """Set what is asked for, end what changes by itself, and return what was refused.
+    """Apply settings, turn off automatic ones, and return what was refused.
 
-    An exposure that is not given goes on adapting: what a webcam holds when it is told to stop is
-    its own default, which may well be black.
+    An exposure that is not given continues to adapt: when a webcam's automatic exposure is turned
+    off, it falls back to a default, which may well be black.
     """
     import cv2
 

@@ -1,1 +1,1 @@
-"""What one device sends: JPEG images without an end, and images that hold those of two eyes."""
+"""Streams of one device: endless JPEG images, and images that contain those of two eyes."""

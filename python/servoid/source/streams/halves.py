@@ -1,4 +1,4 @@
-"""Cuts the images of one device into those of its two eyes."""
+"""Splits the images of one device into those of its two eyes."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,9 +10,9 @@ from servoid.source.grabbing import Reopened, Triggered, Video
 
 
 class HalvesVideo:
-    """A device that delivers the images of two eyes side by side, the left one's at the left.
+    """A device that delivers the images of two eyes side by side, the left eye's on the left.
 
-    `open_device` opens it, again too where it was lost, unless it can do that itself.
+    `open_device` opens it, and reopens it after a loss unless the device can do so itself.
     """
 
     def __init__(self, open_device: Callable[[], Video]) -> None:
@@ -20,11 +20,11 @@ class HalvesVideo:
         self._open_device, self._video = open_device, open_device()
 
     def grab(self) -> bool:
-        """Wait for the next image, and say if there is one."""
+        """Wait for the next image, and return whether there is one."""
         return self._video.grab()
 
     def retrieve(self) -> tuple[bool, Delivery | None]:
-        """Return if the image could be decoded, and its halves."""
+        """Return whether the image could be decoded, and its halves."""
         found, data = self._video.retrieve()
         if not found:
             return False, None
@@ -35,7 +35,7 @@ class HalvesVideo:
         width = np.asarray(pixels).shape[1] // 2
         return (
             True,
-            Delivery(  # and not what else a kind of delivery may know, such as a JPEG file
+            Delivery(  # without the fields of subclasses, such as a JPEG file
                 images=(pixels[:, :width], pixels[:, -width:]),
                 stamp_s=whole.stamp_s,
                 missing=whole.missing,
@@ -49,10 +49,10 @@ class HalvesVideo:
 
     @property
     def may_be_silent(self) -> bool:
-        """Say if the device awaits a trigger."""
+        """Return whether the device awaits a trigger."""
         return isinstance(self._video, Triggered) and self._video.may_be_silent
 
     def reopened(self) -> "HalvesVideo":
-        """Open the device anew."""
+        """Reopen the device."""
         again = self._video.reopened if isinstance(self._video, Reopened) else self._open_device
         return HalvesVideo(again)

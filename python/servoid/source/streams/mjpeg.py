@@ -1,4 +1,4 @@
-"""Reads JPEG images that a camera or a phone sends over HTTP, one after another without an end."""
+"""Reads the endless JPEG images that a camera or a phone sends over HTTP."""
 
 import math
 import re
@@ -20,8 +20,8 @@ from servoid.config.limits import STREAM_IMAGE
 from servoid.source.delivery import Delivery, LostDeviceError
 
 _KIND = "multipart/x-mixed-replace"
-_TIMEOUT_S = 3.0  # in which bytes must come; a camera that is gone says nothing
-_MOST_LINES = 64  # of what stands before it
+_TIMEOUT_S = 3.0  # within which bytes must arrive; a camera that is gone sends nothing
+_MOST_LINES = 64  # of the header before an image
 _LONGEST_LINE = 8192
 _STAMPS = ("X-Timestamp", "X-TimeStamp", "X-Time-Stamp")
 _SECONDS = re.compile(r"\s*([0-9]+(?:\.[0-9]+)?)\s*")
@@ -30,7 +30,7 @@ _ENDED = "the stream ended"
 
 
 class _Answer(Protocol):
-    """What is needed of an answer over HTTP."""
+    """The part of an HTTP response that is used here."""
 
     headers: Message
 
@@ -41,19 +41,19 @@ class _Answer(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class JpegDelivery(Delivery):
-    """An image with the bytes of the JPEG file that it came as."""
+    """An image with the bytes of its JPEG file."""
 
     encoded: bytes = b""
 
 
 class MjpegVideo:
-    """Delivers the images of a stream as `cv2.VideoCapture` does, each as soon as it has come.
+    """Delivers the images of a stream like `cv2.VideoCapture`, each as soon as it has arrived.
 
-    Where the sender says when an image was taken, on its own clock, the delivery has that stamp.
+    If the sender reports capture times on its own clock, the delivery has that timestamp.
     """
 
     def __init__(self, answer: _Answer) -> None:
-        """Read from what an address answered."""
+        """Read from the response of an address."""
         self._answer = answer
         self._encoded, self._heads = b"", dict[str, str]()
         boundary = str(answer.headers.get_param("boundary") or "")
@@ -63,8 +63,8 @@ class MjpegVideo:
         """Wait for the next image.
 
         Raises:
-            LostDeviceError: the stream ended or broke, nothing came for too long, or what comes is
-                no row of images.
+            LostDeviceError: the stream ended or broke, nothing came for too long, or the content is
+                not a sequence of images.
 
         """
         try:
@@ -76,14 +76,14 @@ class MjpegVideo:
         return True
 
     def retrieve(self) -> tuple[bool, JpegDelivery | None]:
-        """Return if the image could be decoded, and it: (H, W, 3) uint8, blue first."""
+        """Return whether the image could be decoded, and it: (H, W, 3) uint8, in BGR order."""
         import cv2
 
         flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
         if not self._encoded.rstrip(b"\r\n\0").endswith(_JPEG_END):
-            return False, None  # a decoder would make up what is missing
+            return False, None  # a decoder would fill in the missing part
         if max(size_in_header(self._encoded) or (0, 0)) > Camera.MAX_SIDE_PX:
-            return False, None  # it would ask for memory for all that a damaged header says
+            return False, None  # it would allocate whatever a damaged header claims
         try:
             pixels = cv2.imdecode(np.frombuffer(self._encoded, np.uint8), flags)
         except cv2.error:
@@ -97,9 +97,9 @@ class MjpegVideo:
         self._answer.close()
 
     def _next_heads(self) -> Mapping[str, str]:
-        """Read to the end of what stands before an image; names are in small letters.
+        """Read to the end of the header before an image; names are in lowercase.
 
-        Lines before the mark, such as the end of the image before, are passed over.
+        Lines before the boundary, such as the end of the previous image, are skipped.
         """
         while True:
             line = self._line()
@@ -111,7 +111,7 @@ class MjpegVideo:
             if not colon:
                 return heads
             heads[name.strip().lower()] = value.strip()
-        raise LostDeviceError("what stands before an image has no end")
+        raise LostDeviceError("the header before an image has no end")
 
     def _line(self) -> bytes:
         line = self._answer.readline(_LONGEST_LINE)
@@ -131,7 +131,7 @@ class MjpegVideo:
         return bytes(data)
 
     def _to_mark(self) -> bytes:
-        """Read an image whose length is not told: up to its end, which stands before a mark."""
+        """Read an image of unknown length: up to its end, which precedes a boundary."""
         data = bytearray()
         while len(data) < STREAM_IMAGE.most_bytes:
             line = self._answer.readline(_LONGEST_LINE)
@@ -145,7 +145,7 @@ class MjpegVideo:
 
 
 def open_mjpeg(address: str) -> MjpegVideo | None:
-    """Open an http:// or https:// address; None if what it sends is no endless row of images.
+    """Open an http:// or https:// address; None if it does not send endless images.
 
     Raises:
         OSError: the address does not answer, or refuses.

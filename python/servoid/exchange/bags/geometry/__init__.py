@@ -1,1 +1,1 @@
-"""Where cameras were and how they see, by what a bag says of it."""
+"""Poses and calibrations of cameras, from the messages of a bag."""

@@ -1,4 +1,4 @@
-"""Turns `sensor_msgs/CameraInfo` into lenses, for raw images and for rectified ones."""
+"""Converts `sensor_msgs/CameraInfo` to lenses, for raw images and for rectified ones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 _BROWN = ("plumb_bob", "rational_polynomial")
 _FISHEYE = ("equidistant", "fisheye")
 _MODELS = (*_BROWN, *_FISHEYE)
-_SAME_PX = 1e-3  # by which numbers of one calibration may differ from message to message
+_SAME_PX = 1e-3  # difference that numbers of one calibration may have between messages
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """How a camera sees, and what its calibration says of where it is.
+    """A camera's lens, and what its calibration states about its pose.
 
-    `frame_from_camera` turns from the camera's image to the frame that its messages name: rectified
-    images are turned. `rectified_from_camera` turns to the plane that a stereo pair shares, and
-    `shift_m`, (x, y) metres in that plane, is how far the camera is from the first of the pair.
-    `rig_from_camera` is where a person says that it sits, which counts more than TF.
+    `frame_from_camera` rotates from the camera's image to the frame that its messages name:
+    rectified images are rotated. `rectified_from_camera` rotates to the plane that a stereo pair
+    shares; `shift_m`, (x, y) metres in that plane, is the camera's offset from the first of the
+    pair. `rig_from_camera` is the pose that the user supplies, which takes precedence over TF.
     """
 
     lens: Lens
@@ -38,34 +38,34 @@ class Calibration:
 
     @classmethod
     def of_told(cls, told: "ToldCamera") -> "Calibration":
-        """Return what a person tells of a camera whose bag says nothing."""
+        """Return the user's calibration of a camera for which the bag has none."""
         return cls(told.lens, Pose.identity(), Pose.identity(), (0.0, 0.0), told.rig_from_camera)
 
 
 @dataclass(frozen=True)
 class ToldCamera:
-    """What a person tells of a camera: how it sees, and where it sits; None: as TF says."""
+    """The user's calibration of a camera: its lens, and its pose; None: the pose from TF."""
 
     lens: Lens
     rig_from_camera: Pose | None
 
 
 class Told(Protocol):
-    """Says how cameras see that a bag tells nothing of."""
+    """Supplies the calibration of cameras for which the bag has none."""
 
     def __call__(
         self, names: Sequence[str], sizes_px: Sequence[tuple[int, int]], /, *, is_placed: bool
     ) -> Sequence[ToldCamera]:
-        """Return what is known of cameras with names and image sizes (width, height).
+        """Return the calibration of cameras with names and image sizes (width, height).
 
-        If TF says where each of them is, it `is_placed`.
+        With `is_placed`, TF has the pose of each of them.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Info:
-    """What a CameraInfo says, by the same names in ROS 1 and ROS 2."""
+    """The content of a CameraInfo, with the same names in ROS 1 and ROS 2."""
 
     frame: str
     size_px: tuple[int, int]
@@ -79,7 +79,7 @@ class Info:
 
     @classmethod
     def of(cls, message: Any, frame: str) -> "Info":
-        """Read a decoded message."""
+        """Convert a decoded message."""
         d, k, r, p = (
             getattr(message, name if hasattr(message, name) else name.upper()) for name in "dkrp"
         )
@@ -98,11 +98,11 @@ class Info:
 
     @property
     def is_calibrated(self) -> bool:
-        """Say whether there are focal lengths, which drivers leave zero until they are known."""
+        """Return whether there are focal lengths; drivers leave them zero until calibration."""
         return bool(self.k[0, 0] > 0.0 or self.p[0, 0] > 0.0)
 
     def is_like(self, other: "Info") -> bool:
-        """Say whether two messages tell the same calibration."""
+        """Return whether two messages have the same calibration."""
         told = [(one.k, one.r, one.p, np.array(one.d)) for one in (self, other)]
         return self.model == other.model and all(
             a.shape == b.shape and np.allclose(a, b, rtol=0.0, atol=_SAME_PX)
@@ -113,14 +113,14 @@ class Info:
 def calibration_of(
     info: Info, size_px: tuple[int, int], place: str, *, is_rectified: bool
 ) -> Calibration:
-    """Return how the camera of a CameraInfo sees images of a size.
+    """Return the calibration of a CameraInfo's camera for images of a size.
 
-    A raw image is seen through `K` and `D`, a rectified one through `P` without distortion. If the
-    image is a part of the sensor's, or pixels are joined, focal lengths and centre follow.
+    Raw images use `K` and `D`, rectified ones `P` without distortion. If the image is a part of the
+    sensor's, or is binned, focal lengths and principal point are adapted.
 
     Raises:
-        CaptureError: nothing is calibrated, the lens model is unknown, or images have another size.
-        CameraError: no lens has these numbers.
+        CaptureError: the camera is not calibrated, the lens model is unknown, or the size differs.
+        CameraError: the parameters describe no lens.
 
     """
     _check_size(info, size_px, place)
@@ -140,7 +140,7 @@ def calibration_of(
             model=model,
             size_px=size_px,
             focal_px=(float(fx) / across, float(fy) / down),
-            # The middle of a joined pixel is the mean of the middles of its parts.
+            # The centre of a binned pixel is the mean of the centres of its parts.
             center_px=(
                 (float(cx) - left + 0.5) / across - 0.5 if across > 1 else float(cx) - left,
                 (float(cy) - top + 0.5) / down - 0.5 if down > 1 else float(cy) - top,
@@ -156,14 +156,14 @@ def _check_size(info: Info, size_px: tuple[int, int], place: str) -> None:
     if size_px != most and not (is_part and size_px[0] <= most[0] and size_px[1] <= most[1]):
         raise CaptureError(
             f"{place} is of images of {most[0]}x{most[1]} pixels, but those that were recorded "
-            f"have {size_px[0]}x{size_px[1]}; choose the images that it belongs to"
+            f"have {size_px[0]}x{size_px[1]}; choose the images to which it belongs"
         )
 
 
 def _matrix(info: Info, place: str) -> NDArray[np.float64]:
     if info.k[0, 0] <= 0.0:
         raise CaptureError(
-            f"{place} says no focal length: the camera is not calibrated; calibrate it, or choose "
+            f"{place} has no focal length: the camera is not calibrated; calibrate it, or choose "
             "another camera"
         )
     return info.k
@@ -175,7 +175,7 @@ def _projection(info: Info, place: str) -> NDArray[np.float64]:
     if not any(info.d):
         return _matrix(info, place)
     raise CaptureError(
-        f"{place} says nothing of rectified images: its P is zero; choose the raw images"
+        f"{place} is not valid for rectified images: its P is zero; choose the raw images"
     )
 
 
@@ -186,15 +186,15 @@ def _distortion(info: Info, place: str) -> tuple[str, Sequence[float]]:
     if info.model in _BROWN and len(info.d) >= 4:
         if any(info.d[8:]):
             raise CaptureError(
-                f"{place}: D has {len(info.d)} coefficients; servoid knows the first 8 of "
-                f"'{info.model}'; calibrate with these"
+                f"{place}: D has {len(info.d)} coefficients; servoid supports the first 8 of "
+                f"'{info.model}'; calibrate with those"
             )
         return "brown_conrady", info.d[:8] if len(info.d) >= 8 else info.d[:5]
     if info.model in _FISHEYE and len(info.d) == 4:
         return "kannala_brandt", info.d
     raise CaptureError(
         f"{place}: distortion_model is '{info.model}' with "
-        f"{counted(len(info.d), 'coefficient')}; servoid knows {', '.join(_MODELS)}; "
+        f"{counted(len(info.d), 'coefficient')}; servoid supports {', '.join(_MODELS)}; "
         "rectify the images, or calibrate with one of these"
     )
 
@@ -209,7 +209,7 @@ def _turn(r: NDArray[np.float64], place: str) -> Pose:
 
 
 def _shift(info: Info) -> tuple[float, float]:
-    """Return how far the camera is from the first of its pair: P holds focal length times that."""
+    """Return the camera's offset from the first of its pair, which P has times focal length."""
     fx, fy = info.p[0, 0], info.p[1, 1]
     if fx <= 0.0 or fy <= 0.0:
         return 0.0, 0.0

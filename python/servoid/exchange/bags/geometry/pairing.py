@@ -1,4 +1,4 @@
-"""Puts images of several cameras together that were taken at one moment."""
+"""Groups images of several cameras by the time at which they were taken."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from servoid.exchange.bags.stored.header import NS_PER_S
 from servoid.words import counted, digits
 
 APART_S = 0.025
-"""Seconds between images of one observation, at most; less where images come faster."""
+"""Maximum seconds between images of one observation; less at higher image rates."""
 
 _TOLD_NS = NS_PER_S // 1000
 _MS_PER_NS = 1e-6
@@ -17,17 +17,17 @@ _MS_PER_NS = 1e-6
 
 @dataclass(frozen=True)
 class Moment:
-    """One observation: when it was, and the place of each camera's image in its list, or None."""
+    """One observation: its time, and the index of each camera's image in its list, or None."""
 
     stamp_ns: int
     places: tuple[int | None, ...]
 
 
 def pair(stamps_ns: Sequence[Sequence[int]], apart_s: float = APART_S) -> list[Moment]:
-    """Put images together by their stamps, which increase for each camera.
+    """Group images by their timestamps, which increase for each camera.
 
-    Images belong together that are at most `apart_s` apart, and at most half the usual time from
-    image to image. The moment is that of the first camera that has an image in it.
+    Images belong together if they are at most `apart_s` apart, and at most half the usual period
+    between images. The time is that of the first camera that has an image in the group.
     """
     apart_ns = _apart_ns(stamps_ns, apart_s)
     heads = [0] * len(stamps_ns)
@@ -58,13 +58,15 @@ def pair(stamps_ns: Sequence[Sequence[int]], apart_s: float = APART_S) -> list[M
 def pairing_notes(
     names: Sequence[str], stamps_ns: Sequence[Sequence[int]], moments: Sequence[Moment]
 ) -> list[str]:
-    """Say what a user should know of how images were put together."""
+    """Return messages for the user on how images were grouped."""
     notes = []
     for camera, name in enumerate(names):
         missing = sum(moment.places[camera] is None for moment in moments)
         if missing:
             count = counted(len(moments), "observation")
-            notes.append(f"{missing} of {count} lack an image of {name}: none was taken then")
+            notes.append(
+                f"{missing} of {count} lack an image of {name}: none was taken at that time"
+            )
     for camera, name in enumerate(names[1:], start=1):
         off = [
             abs(stamps_ns[camera][there] - stamps_ns[0][here])
@@ -75,15 +77,15 @@ def pairing_notes(
             usual, worst = (_MS_PER_NS * float(one) for one in (np.median(off), max(off)))
             notes.append(
                 f"images of {names[0]} and {name} were taken {digits(usual)} ms apart, at most "
-                f"{digits(worst)} ms; what moves is seen at two places, so let one clock trigger "
-                "both"
+                f"{digits(worst)} ms; moving objects appear at two positions, so let one clock "
+                "trigger both"
             )
     return notes
 
 
 def _apart_ns(stamps_ns: Sequence[Sequence[int]], apart_s: float) -> int:
-    """Return how far apart images of one observation may be."""
+    """Return the maximum time between images of one observation."""
     usual = [float(np.median(np.diff(stamps))) for stamps in stamps_ns if len(stamps) > 1]
     most = round(apart_s * NS_PER_S)
-    # A little less than half, so that an image in the middle belongs to none.
+    # Slightly less than half, so that an image in the middle belongs to no group.
     return most if not usual else min(most, int(0.49 * min(usual)))

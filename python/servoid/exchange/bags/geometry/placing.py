@@ -1,4 +1,4 @@
-"""Says where the cameras of a bag were: on their rig, and the rig in the world."""
+"""Determines the poses of a bag's cameras on their rig, and of the rig in the world."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from servoid.exchange.bags.stored.choosing import ImageTopic
 from servoid.pose import Pose
 from servoid.words import counted, digits
 
-_LOOSE_M, _LOOSE_RAD = 2e-4, 1e-3  # by which cameras of one rig may seem to move: TF is measured
+_LOOSE_M, _LOOSE_RAD = 2e-4, 1e-3  # apparent motion of cameras on a rig: TF has measurement errors
 _LEAST_BASELINE_M = 1e-6
 _MM_PER_M = 1e3
 
 
 @dataclass(frozen=True)
 class Seat:
-    """A camera that is to be placed: its topic, and what its calibration says."""
+    """A camera without a pose yet: its topic and its calibration."""
 
     image: ImageTopic
     calibration: Calibration
@@ -27,7 +27,7 @@ class Seat:
 
 @dataclass(frozen=True)
 class Placing:
-    """Where cameras are on their rig, and where that is at each moment, None where no one knows."""
+    """The poses of cameras on their rig, and of the rig at each instant, None where unknown."""
 
     rig_from_camera: tuple[Pose, ...]
     world_from_rig: tuple[Pose | None, ...]
@@ -43,15 +43,15 @@ def place_cameras(
     *,
     rests: bool = False,
 ) -> Placing:
-    """Place cameras by TF, or by the shift in the calibrations of a stereo pair.
+    """Determine the cameras' poses from TF, or from the offsets in a stereo pair's calibrations.
 
-    `world` is the frame that poses are told in, by default the top of the first camera's tree. If
-    the rig `rests`, nothing is asked of where it was.
+    `world` is the frame of the poses, by default the top of the first camera's tree. If the rig
+    `rests`, its motion is not looked up.
 
     Raises:
-        CaptureError: nothing says where a camera is, cameras move against each other, or TF does
-            not know `world`.
-        PoseError: a transform is no rigid motion.
+        CaptureError: the pose of a camera is unknown, cameras move relative to each other, or TF
+            has no frame `world`.
+        PoseError: a transform is not a rigid motion.
 
     """
     frame = seats[0].image.frame
@@ -59,11 +59,11 @@ def place_cameras(
     if not transforms.knows(frame):
         if world is not None:
             raise CaptureError(
-                f"{place}: no TF leads from '{world}' to the camera's frame '{frame}'; record /tf "
-                "and /tf_static, or leave the world out: the rig then rests"
+                f"{place}: no TF leads from '{world}' to the camera's frame '{frame}'; record "
+                "/tf and /tf_static, or leave the world out: the rig is then static"
             )
         named = f"the frame '{frame}'" if frame else "the camera, as its frame has no name"
-        note = f"no TF tells of {named}: the rig is taken to rest, and to be the world"
+        note = f"TF does not include {named}: the rig is assumed to be static, and is the world"
         return Placing(_by_shifts(place, seats), resting, () if rests else (note,))
     top = transforms.root(frame) if world is None else world
     rig = transforms.mount(frame, top)
@@ -99,8 +99,8 @@ def _on_rig(
     poses = [pose for _, pose in found if pose is not None]
     if not poses:
         raise CaptureError(
-            f"{place}: TF says at none of the images' stamps where '{frame}' is on '{rig}'; record "
-            "/tf and /tf_static for as long as the images"
+            f"{place}: TF has the pose of '{frame}' on '{rig}' at none of the images' times; "
+            "record /tf and /tf_static for as long as the images"
         )
     moved = [(poses[0].inverse() @ pose).log() for pose in poses[1:] if pose != poses[0]]
     if moved:
@@ -108,9 +108,9 @@ def _on_rig(
         turned = float(np.max(np.linalg.norm(np.array(moved)[:, 3:], axis=1)))
         if far > _LOOSE_M or turned > _LOOSE_RAD:
             raise CaptureError(
-                f"{place}: the cameras of {first.image.topic} and {seat.image.topic} move against "
-                f"each other, by up to {digits(_MM_PER_M * far)} mm and "
-                f"{digits(np.degrees(turned))} degrees; servoid takes cameras that are fixed to "
+                f"{place}: the cameras of {first.image.topic} and {seat.image.topic} move "
+                f"relative to each other, by up to {digits(_MM_PER_M * far)} mm and "
+                f"{digits(np.degrees(turned))} degrees; servoid needs cameras that are fixed to "
                 "each other, so choose one of them with --topic"
             )
     pose = poses[0]
@@ -119,9 +119,9 @@ def _on_rig(
 
 
 def _by_shifts(place: str, seats: Sequence[Seat]) -> tuple[Pose, ...]:
-    """Return rig_from_camera where TF knows none: the first camera's frame is the rig.
+    """Return rig_from_camera where TF has none: the first camera's frame is the rig.
 
-    Where a person tells of all cameras, that counts.
+    If the user supplies the poses of all cameras, those are used.
     """
     told = [seat.calibration.rig_from_camera for seat in seats]
     known = tuple(pose for pose in told if pose is not None)
@@ -133,10 +133,10 @@ def _by_shifts(place: str, seats: Sequence[Seat]) -> tuple[Pose, ...]:
 
 
 def _first_from(place: str, first: Seat, other: Seat) -> Pose:
-    """Return first_from_camera by how far their calibrations say that the two are apart.
+    """Return first_from_camera from the offset between the two in their calibrations.
 
     Raises:
-        CaptureError: they say nothing of it.
+        CaptureError: their calibrations have none.
 
     """
     told = first.calibration.rig_from_camera, other.calibration.rig_from_camera
@@ -148,8 +148,8 @@ def _first_from(place: str, first: Seat, other: Seat) -> Pose:
         raise CaptureError(
             f"{place}: nothing says where the camera of {other.image.topic} (frame "
             f"'{other.image.frame}') is beside that of {first.image.topic} (frame "
-            f"'{first.image.frame}'): no TF, and no shift in P of their calibrations; record "
-            f"/tf_static, or choose one of them with --topic"
+            f"'{first.image.frame}'): no TF, and no offset in P of their calibrations; "
+            f"record /tf_static, or choose one of them with --topic"
         )
     plane = Pose.from_parts((float(across), float(down), 0.0), (1.0, 0.0, 0.0, 0.0))
     first_from_plane = first.calibration.rectified_from_camera.inverse()
@@ -157,8 +157,8 @@ def _first_from(place: str, first: Seat, other: Seat) -> Pose:
 
 
 def lost_note(lost: int, count: int) -> str:
-    """Say how many observations are left out because nothing says where the rig was."""
+    """Report how many observations are left out because the rig's pose is unknown."""
     return (
-        f"{lost} of {counted(count, 'observation')} were left out: TF says nothing of where the "
-        "rig was then"
+        f"{lost} of {counted(count, 'observation')} were left out: TF has no pose of the "
+        "rig at that time"
     )

@@ -1,4 +1,4 @@
-"""Walks the tree of transforms that a bag holds, at any moment."""
+"""Evaluates a bag's tree of transforms at any time."""
 
 from array import array
 from bisect import bisect_right
@@ -18,7 +18,7 @@ from servoid.words import counted
 TF_MESSAGE = "tf2_msgs/msg/TFMessage"
 TF_KINDS = (TF_MESSAGE, "tf/msg/tfMessage")
 
-_BEYOND_NS = NS_PER_S // 10  # beyond its first and last transform in which a frame is held
+_BEYOND_NS = NS_PER_S // 10  # beyond its first and last transform, for which a frame is held
 _GAP_NS = NS_PER_S // 4
 _GAP_PERIODS = 4.0
 
@@ -27,9 +27,9 @@ Numbers = tuple[float, float, float, float, float, float, float]
 
 @dataclass
 class Edge:
-    """What is known of a frame in the one above it, over time; numbers are x, y, z, qx, qy, qz, qw.
+    """The transforms of a frame relative to its parent over time, as x, y, z, qx, qy, qz, qw.
 
-    An edge that never changes holds at any moment.
+    A constant edge is valid at any time.
     """
 
     parent: str
@@ -39,19 +39,19 @@ class Edge:
     numbers: "array[float]" = field(default_factory=lambda: array("d"))
 
     def add(self, stamp_ns: int, numbers: Numbers) -> None:
-        """Take over one transform; of a static one the newest counts."""
+        """Add a transform; of a static one the newest is used."""
         if self.is_static:
             del self.stamps_ns[:], self.numbers[:]
         self.stamps_ns.append(stamp_ns)
         self.numbers.extend(numbers)
 
     def sort(self) -> None:
-        """Bring the transforms in order, the last one of each moment."""
+        """Sort the transforms, and keep the last one of each time."""
         stamps = np.frombuffer(self.stamps_ns, np.int64)
         if (np.diff(stamps) > 0).all():
             return
         rows = np.frombuffer(self.numbers, np.float64).reshape(-1, 7)
-        # Of equal stamps the last one written comes first after a reversal, and is kept.
+        # Of equal times, reversal puts the last one written first, which is kept.
         unique, first = np.unique(stamps[::-1], return_index=True)
         kept = rows[::-1][first]
         del stamps, rows
@@ -60,7 +60,7 @@ class Edge:
 
     @property
     def is_constant(self) -> bool:
-        """Say whether all transforms are the same."""
+        """Return whether all transforms are the same."""
         rows = np.frombuffer(self.numbers, np.float64).reshape(-1, 7)
         return self.is_static or bool((rows == rows[0]).all())
 
@@ -68,7 +68,7 @@ class Edge:
         """Return parent_from_child of one transform.
 
         Raises:
-            PoseError: it is no rigid motion.
+            PoseError: it is not a rigid motion.
 
         """
         x, y, z, qx, qy, qz, qw = self.numbers[7 * index : 7 * index + 7]
@@ -78,7 +78,7 @@ class Edge:
 
 @dataclass
 class Timeline:
-    """An edge made ready to be asked for poses, and what its gaps did to the answers."""
+    """A sorted edge that can be evaluated, with statistics on its gaps."""
 
     edge: Edge
     across: int = 0
@@ -92,9 +92,10 @@ class Timeline:
         self._gap_ns = max(_GAP_NS, _GAP_PERIODS * usual)
 
     def at(self, stamp_ns: int) -> Pose | None:
-        """Return parent_from_child at a moment; None where nothing is near enough.
+        """Return parent_from_child at a time; None if no transform is near enough.
 
-        Between two transforms the place goes straight and the turn at constant speed.
+        Between two transforms, the position is interpolated linearly and the rotation at constant
+        rate.
         """
         if self._constant is not None:
             return self._constant
@@ -116,7 +117,7 @@ class Timeline:
         return between(self.edge.pose(after - 1), self.edge.pose(after), share)
 
     def notes(self) -> Iterator[str]:
-        """Say what a user should know of the answers."""
+        """Return messages for the user on the evaluated poses."""
         name = f"TF from {self.edge.parent} to {self.edge.child}"
         if self.across:
             yield (
@@ -125,13 +126,13 @@ class Timeline:
             )
         if self.held:
             yield (
-                f"{name} begins later or ends earlier than the images; its nearest transform is "
-                f"taken for {counted(self.held, 'observation')}"
+                f"{name} begins later or ends earlier than the images; its nearest transform was "
+                f"used for {counted(self.held, 'observation')}"
             )
 
 
 class Transforms:
-    """A forest of frames, gathered from the messages of a bag."""
+    """A forest of frames, collected from the messages of a bag."""
 
     def __init__(self, place: str) -> None:
         self._place = place
@@ -140,10 +141,10 @@ class Transforms:
         self._count = 0
 
     def add(self, message: Any, *, is_static: bool) -> None:
-        """Take over a decoded message of transforms.
+        """Add a decoded message of transforms.
 
         Raises:
-            CaptureError: there are too many, or a frame hangs on two others.
+            CaptureError: there are too many, or a frame has two parents.
 
         """
         for one in message.transforms:
@@ -154,8 +155,8 @@ class Transforms:
                 edge = self._edges[child] = Edge(parent, child, is_static)
             if edge.parent != parent:
                 raise CaptureError(
-                    f"{self._place}: TF hangs the frame '{child}' on '{edge.parent}' and on "
-                    f"'{parent}'; record only the one that is true"
+                    f"{self._place}: TF gives the frame '{child}' two parents, '{edge.parent}' and "
+                    f"'{parent}'; record only the right one"
                 )
             place, turn = one.transform.translation, one.transform.rotation
             edge.is_static = edge.is_static and is_static
@@ -166,17 +167,17 @@ class Transforms:
             self._count += not is_static
             if self._count > MOST_TRANSFORMS:
                 raise CaptureError(
-                    f"{self._place} holds more than {MOST_TRANSFORMS} transforms, the most that "
-                    "servoid takes; filter /tf, or cut the bag"
+                    f"{self._place} holds more than {MOST_TRANSFORMS} transforms, the maximum that "
+                    "servoid accepts; filter /tf, or cut the bag"
                 )
 
     def close(self) -> None:
-        """Bring all in order; from now on poses can be asked for."""
+        """Sort all transforms; from here on, poses can be evaluated."""
         for edge in self._edges.values():
             edge.sort()
 
     def knows(self, frame: str) -> bool:
-        """Say whether a frame is in any transform."""
+        """Return whether a frame is in any transform."""
         return frame in self._edges or any(edge.parent == frame for edge in self._edges.values())
 
     def frames(self) -> list[str]:
@@ -184,16 +185,16 @@ class Transforms:
         return sorted({name for edge in self._edges.values() for name in (edge.parent, edge.child)})
 
     def root(self, frame: str) -> str:
-        """Return the frame at the top of the tree that a frame hangs in.
+        """Return the frame at the top of a frame's tree.
 
         Raises:
-            CaptureError: the frames hang on each other in a circle.
+            CaptureError: the frames form a cycle.
 
         """
         return self._line(frame)[-1]
 
     def mount(self, frame: str, world: str) -> str:
-        """Return the highest frame, not above `world`, on which a frame is fixed."""
+        """Return the highest frame, not above `world`, to which a frame is rigidly connected."""
         for above in self._line(frame):
             edge = self._edges.get(above)
             if edge is None or not edge.is_static or above == world:
@@ -201,11 +202,11 @@ class Transforms:
         return frame
 
     def pose(self, target: str, source: str, stamp_ns: int) -> Pose | None:
-        """Return target_from_source at a moment, None where a transform is too far away in time.
+        """Return target_from_source at a time, None if a transform is too far away in time.
 
         Raises:
-            CaptureError: the two frames do not hang together.
-            PoseError: a transform is no rigid motion.
+            CaptureError: the two frames are not connected.
+            PoseError: a transform is not a rigid motion.
 
         """
         down, up = self._line(source), self._line(target)
@@ -226,7 +227,7 @@ class Transforms:
         )
 
     def notes(self) -> list[str]:
-        """Say what a user should know of all poses that were asked for."""
+        """Return messages for the user on all poses that were requested."""
         return [note for one in self._timelines.values() for note in one.notes()]
 
     def _climb(self, frame: str, above: str, stamp_ns: int) -> Pose | None:
@@ -247,14 +248,14 @@ class Transforms:
         return self._timelines[child]
 
     def _line(self, frame: str) -> list[str]:
-        """List a frame and all above it, the nearest first."""
+        """List a frame and all its ancestors, the nearest first."""
         line = [frame]
         while line[-1] in self._edges:
             line.append(self._edges[line[-1]].parent)
             if line[-1] in line[:-1]:
                 raise CaptureError(
-                    f"{self._place}: TF hangs frames on each other in a circle: "
-                    f"{', '.join(line)}; record what is true"
+                    f"{self._place}: the frames of TF form a cycle: "
+                    f"{', '.join(line)}; record the right tree"
                 )
         return line
 
@@ -266,7 +267,7 @@ class Transforms:
 def between(a: Pose, b: Pose, share: float) -> Pose:
     """Return the pose `share` of the way from one to another: tf2's interpolation.
 
-    The place goes straight, and the turn along the shortest way.
+    The position is interpolated linearly, and the rotation along the shortest path.
     """
     turn = (_turned(a).inverse() @ _turned(b)).log()
     place = (1.0 - share) * np.array(a.translation) + share * np.array(b.translation)

@@ -1,1 +1,1 @@
-"""Recordings as MCAP: standard messages of ROS 2, and the file that they go into."""
+"""Recordings as MCAP: standard ROS 2 messages, and their file."""

@@ -1,4 +1,4 @@
-"""Does work in a thread of its own, so that whoever hands it over need not wait."""
+"""Runs jobs in a thread of its own, so that the caller need not wait."""
 
 import queue
 import threading
@@ -8,22 +8,22 @@ from typing import Generic, TypeVar
 
 JobT = TypeVar("JobT")
 
-_LOOK_S = 0.001  # between looks for room
+_LOOK_S = 0.001  # between checks for room
 
 
 class Background(Generic[JobT]):
-    """Does jobs one after another, in their order; so many wait at most.
+    """Runs jobs one after another, in their order; at most `most` of them are pending.
 
-    Where `can_wait` is false a job for which there is no room is dropped and counted as `dropped`,
-    of all that were `handed` over; otherwise who hands it over waits for room. One thread hands
-    over.
+    If `can_wait` is false, a job for which there is no room is dropped and counted in `dropped`, of
+    all that were `handed` over; otherwise the caller waits for room. Only one thread may hand over
+    jobs.
     """
 
     def __init__(self, work: Callable[[JobT], None], most: int, *, can_wait: bool) -> None:
         self.dropped: int = 0
         self.handed: int = 0
         self._work, self._most, self._can_wait = work, most, can_wait
-        # A queue with a bound has a lock, for which a busy machine lets the other thread wait.
+        # A bounded queue has a lock, on which the other thread may have to wait on a busy machine.
         self._jobs: queue.SimpleQueue[JobT | None] = queue.SimpleQueue()
         self._failure: BaseException | None = None
         self._given_up = False
@@ -32,14 +32,14 @@ class Background(Generic[JobT]):
 
     @property
     def waiting(self) -> int:
-        """Return how many jobs wait that were not begun."""
+        """Return the number of pending jobs that have not started."""
         return self._jobs.qsize()
 
     def put(self, job: JobT) -> bool:
-        """Hand over a job; return whether it will be done.
+        """Submit a job; return whether it will be run.
 
         Raises:
-            What a job before it raised.
+            The error of an earlier job.
 
         """
         self._check()
@@ -57,7 +57,7 @@ class Background(Generic[JobT]):
         """Wait until all jobs are done.
 
         Raises:
-            What one of them raised.
+            The error of a job.
 
         """
         self._jobs.put(None)
@@ -65,7 +65,7 @@ class Background(Generic[JobT]):
         self._check()
 
     def give_up(self) -> None:
-        """Leave undone what waits."""
+        """Discard the pending jobs."""
         self._given_up = True
         self._jobs.put(None)
         self._thread.join()
@@ -75,7 +75,7 @@ class Background(Generic[JobT]):
             if self._failure is None and not self._given_up:
                 try:
                     self._work(job)
-                except BaseException as error:  # told to who hands over the next job
+                except BaseException as error:  # raised at the next `put`
                     self._failure = error
 
     def _check(self) -> None:

@@ -1,4 +1,4 @@
-"""Writes an MCAP file with ROS 2 messages, whole or not at all."""
+"""Writes an MCAP file with ROS 2 messages atomically."""
 
 import os
 import tempfile
@@ -14,7 +14,7 @@ from servoid.output import check_file
 
 SUFFIX = ".mcap"
 
-_VERSION = 8  # of the summary: the newest that all releases since Humble read
+_VERSION = 8  # of the summary: the newest that all releases since Humble can read
 
 
 def check_mcap(path: Path) -> None:
@@ -31,7 +31,7 @@ def check_mcap(path: Path) -> None:
 
 
 def check_mcap_suffix(path: Path) -> None:
-    """Check that a name is one of an MCAP file.
+    """Check that a name is that of an MCAP file.
 
     Raises:
         OutputError: it does not end in .mcap.
@@ -42,7 +42,7 @@ def check_mcap_suffix(path: Path) -> None:
 
 
 class McapFile:
-    """An MCAP file that is being written; `messages` makes what goes into it."""
+    """An MCAP file that is being written; `messages` encodes its content."""
 
     def __init__(self, path: Path, writer: Any) -> None:
         self.messages: Messages = Messages()
@@ -51,7 +51,7 @@ class McapFile:
         self.counts: dict[str, int] = {}
 
     def add(self, topic: str, kind: str, stamp_ns: int, data: bytes) -> None:
-        """Write a message of a type of ROS 2, measured at a time in nanoseconds.
+        """Write a message of a ROS 2 type, measured at a time in nanoseconds.
 
         Raises:
             OutputError: the time is before 0, or the file cannot be written.
@@ -59,8 +59,8 @@ class McapFile:
         """
         if stamp_ns < 0:
             raise OutputError(
-                f"cannot write {self._path}: {stamp_ns * 1e-9:g} s is before 0, which no recording "
-                "of ROS can say; let times begin later"
+                f"cannot write {self._path}: {stamp_ns * 1e-9:g} s is before 0, which a ROS "
+                "recording cannot represent; let times begin later"
             )
         with told(self._path):
             if topic not in self._connections:
@@ -76,10 +76,10 @@ class McapFile:
 
 @contextmanager
 def mcap_file(path: str | Path) -> Iterator[McapFile]:
-    """Write an MCAP file that is at `path` when the block ends; if it raises, nothing is left.
+    """Write an MCAP file that appears at `path` when the block ends; on an error nothing is left.
 
     Raises:
-        OutputError: the file cannot be written; what stood at `path` still does.
+        OutputError: the file cannot be written; an existing file at `path` is unchanged.
         MissingExtraError: the library that writes bags is missing.
 
     """
@@ -88,7 +88,7 @@ def mcap_file(path: str | Path) -> Iterator[McapFile]:
     writer_class, plugin = _library()
     target = path.resolve()
     with tempfile.TemporaryDirectory(prefix=".servoid-", dir=target.parent) as drafts:
-        # The library writes a folder with the file and a summary, which the file holds as well.
+        # The library writes a folder with the file and a summary, which is also in the file.
         folder = Path(drafts) / target.stem
         writer = writer_class(folder, version=_VERSION, storage_plugin=plugin)
         with told(path):
@@ -108,7 +108,7 @@ def mcap_file(path: str | Path) -> Iterator[McapFile]:
 
 @contextmanager
 def told(path: Path) -> Iterator[None]:
-    """Tell a failure of the disk as one to write `path`."""
+    """Report a disk error as a failure to write `path`."""
     try:
         yield
     except OutputError:
@@ -127,7 +127,7 @@ def _library() -> tuple[Any, Any]:
 
 
 def _qos(*, is_latched: bool) -> list[Any]:
-    """Say how the topic is published, so that players do likewise: who comes late hears latched."""
+    """Return the topic's QoS for players; late subscribers still receive latched messages."""
     from rosbags.interfaces import (
         Qos,
         QosDurability,

@@ -1,4 +1,4 @@
-"""Makes standard ROS 2 messages of what servoid knows."""
+"""Encodes servoid's data as standard ROS 2 messages."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -23,20 +23,20 @@ NUMBER = "std_msgs/msg/Float64"
 
 _SPHERE, _ADD, _DELETE_ALL = 2, 0, 3  # of visualization_msgs/Marker
 _GREY = (180, 180, 180)
-_UNKNOWN = 1e6  # a variance that says nothing
+_UNKNOWN = 1e6  # the variance of an unknown component
 
 Link = tuple[str, str, Pose]
 """A parent frame, a child frame, and parent_from_child."""
 
 Entry = tuple[str, int, str, Mapping[str, str]]
-"""What diagnostics say of one thing: its name, a level from 0 to 2, words, and values."""
+"""One entry of diagnostics: its name, a level from 0 to 2, a message, and values."""
 
 
 class Messages:
-    """Makes the bytes of messages, each of which names its type by a constant of this module.
+    """Encodes messages as bytes; the constants of this module name their types.
 
     Raises:
-        MissingExtraError: the library that knows the types is missing.
+        MissingExtraError: the library with the message types is missing.
 
     """
 
@@ -48,7 +48,7 @@ class Messages:
         self.store: Any = get_typestore(Stores.ROS2_JAZZY)
 
     def image(self, stamp_ns: int, frame: str, pixels: NDArray[np.generic], encoding: str) -> bytes:
-        """Return an Image of pixels (H, W) or (H, W, C) in an encoding of ROS."""
+        """Return an Image of pixels (H, W) or (H, W, C) in a ROS encoding."""
         pixels = np.ascontiguousarray(pixels).astype(pixels.dtype.newbyteorder("<"), copy=False)
         height, width = pixels.shape[:2]
         return self._bytes(
@@ -63,7 +63,7 @@ class Messages:
         )
 
     def image_like(self, stamp_ns: int, frame: str, image: Any) -> bytes:
-        """Return an Image with the data, untouched, of one that was read."""
+        """Return an Image with the unchanged data of one that was read."""
         names = ("height", "width", "encoding", "is_bigendian", "step", "data")
         fields = {name: getattr(image, name) for name in names}
         return self._bytes(IMAGE, header=self._header(stamp_ns, frame), **fields)
@@ -78,7 +78,7 @@ class Messages:
         )
 
     def camera_info(self, stamp_ns: int, frame: str, lens: Lens) -> bytes:
-        """Return the CameraInfo of raw images that a lens sees."""
+        """Return the CameraInfo for raw images of a lens."""
         matrix = lens.matrix()
         projection = np.zeros((3, 4))
         projection[:, :3] = matrix
@@ -118,7 +118,7 @@ class Messages:
         return self._bytes(TRANSFORMS, transforms=stamped)
 
     def pose(self, stamp_ns: int, frame: str, pose: Pose, covariance: NDArray[np.float64]) -> bytes:
-        """Return a PoseWithCovarianceStamped; the covariance is as `Estimate` has it."""
+        """Return a PoseWithCovarianceStamped; the covariance is that of `Estimate`."""
         told = self._make(
             "geometry_msgs/msg/PoseWithCovariance",
             pose=self._pose(pose),
@@ -133,7 +133,7 @@ class Messages:
         positions: NDArray[np.float64],
         velocities: NDArray[np.float64],
     ) -> bytes:
-        """Return a JointState: radians and radians a second."""
+        """Return a JointState in radians and radians per second."""
         return self._bytes(
             JOINTS,
             header=self._header(stamp_ns, ""),
@@ -148,7 +148,7 @@ class Messages:
     ) -> bytes:
         """Return a MarkerArray with the ellipsoids of a body, in its own frame.
 
-        It takes the place of all markers that were on the topic before.
+        It replaces all earlier markers on the topic.
         """
         marks = [self._marker(stamp_ns, frame, 0, Pose.identity(), (0.0,) * 3, _GREY, _DELETE_ALL)]
         painted = colors if colors is not None and len(colors) == len(body) else [_GREY] * len(body)
@@ -249,11 +249,11 @@ class Messages:
 
 
 def ros_covariance(pose: Pose, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Turn a covariance of servoid's into that of ROS, (6, 6) float64 each.
+    """Convert a covariance of servoid to that of ROS, (6, 6) float64 each.
 
-    Servoid tells a small motion (linear, angular) of the object in its own frame; ROS tells how far
-    its origin is off along x, y and z of the frame that the pose is in, and how far it is turned
-    about these axes, which stay where they are. What is unknown gets variances that say nothing.
+    Servoid's is that of a small motion (linear, angular) of the object in its own frame. ROS's is
+    that of the origin's error along x, y and z of the frame of the pose, and of the rotation error
+    about these fixed axes. Unknown components get very large variances.
     """
     if not np.isfinite(covariance).all():
         return np.eye(6) * _UNKNOWN

@@ -1,4 +1,4 @@
-"""Writes the observations of a rig as images, calibrations and transforms of ROS 2."""
+"""Writes the observations of a rig as ROS 2 images, calibrations and transforms."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,33 +23,33 @@ from servoid.pose import Pose
 
 
 class RecordedCamera(Protocol):
-    """What is known of a camera whose images are recorded."""
+    """The properties of a camera whose images are recorded."""
 
     @property
     def name(self) -> str:
-        """Return what the camera is called."""
+        """Return the camera's name."""
         ...
 
     @property
     def lens(self) -> Lens:
-        """Return how it sees."""
+        """Return its lens."""
         ...
 
     @property
     def rig_from_camera(self) -> Pose:
-        """Return where it is on its rig."""
+        """Return its pose on the rig."""
         ...
 
 
 class ObservationRecorder:
-    """Writes the observations of one rig into a file."""
+    """Writes the observations of one rig to a file."""
 
     def __init__(self, path: Path, file: McapFile, cameras: Sequence[RecordedCamera]) -> None:
         self._path, self._file, self._cameras = path, file, tuple(cameras)
         self._last_ns: int | None = None
 
     def add(self, observation: RawObservation) -> int:
-        """Write one observation; return its stamp in nanoseconds.
+        """Write one observation; return its timestamp in nanoseconds.
 
         Raises:
             OutputError: it is not after the one before, or the file cannot be written.
@@ -62,7 +62,7 @@ class ObservationRecorder:
         elif stamp_ns <= self._last_ns:
             raise OutputError(
                 f"cannot write {self._path}: an observation at {observation.time_s:g} s is not "
-                f"after the one before, at {self._last_ns / NS_PER_S:g} s; bring them in order"
+                f"after the one before, at {self._last_ns / NS_PER_S:g} s; sort them"
             )
         self._last_ns = stamp_ns
         made = self._file.messages
@@ -71,7 +71,7 @@ class ObservationRecorder:
         self._file.add(TF_TOPIC, ros.TRANSFORMS, stamp_ns, made.transforms(stamp_ns, links))
         depths = observation.depths or (None,) * len(self._cameras)
         for camera, image, depth in zip(self._cameras, observation.images, depths, strict=True):
-            # Also where the image is missing: the order of the cameras is that of these topics.
+            # Even if the image is missing: the order of these topics is that of the cameras.
             info = made.camera_info(stamp_ns, frame_of(camera.name), camera.lens)
             self._file.add(topic_of(camera.name, "camera_info"), ros.CAMERA_INFO, stamp_ns, info)
             if image is not None:
@@ -82,7 +82,7 @@ class ObservationRecorder:
         return stamp_ns
 
     def _links(self, observation: RawObservation) -> list[ros.Link]:
-        """Return what moves: the rig, or each camera by itself."""
+        """Return the transforms that change: of the rig, or of each camera."""
         if not observation.world_from_cameras:
             return [(WORLD, RIG, observation.world_from_rig)]
         both = zip(self._cameras, observation.world_from_cameras, strict=True)
@@ -100,5 +100,5 @@ class ObservationRecorder:
 
 
 def stamp_of(time_s: float) -> int:
-    """Return the nanosecond that is nearest to a time."""
+    """Return the nearest nanosecond to a time."""
     return round(time_s * NS_PER_S)

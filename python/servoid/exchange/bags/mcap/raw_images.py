@@ -1,4 +1,4 @@
-"""Images as cameras delivered them, ready to be passed through a recording untouched."""
+"""Images as cameras delivered them, to be written to a recording unchanged."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -28,14 +28,14 @@ _FORMS = {JPEG: "jpeg", PNG: "png"}
 class RawImage:
     """One image: the bytes of an image file, pixels, or an image message that was read.
 
-    `encoding` is ROS's word for pixels, such as rgb8 or 32FC1, and jpeg or png for bytes.
+    `encoding` is the ROS encoding of pixels, such as rgb8 or 32FC1, and jpeg or png for bytes.
     """
 
     data: Any
     encoding: str = ""
 
     def write(self, messages: Messages, stamp_ns: int, frame: str) -> tuple[str, str, bytes]:
-        """Return the end of its topic, its type and its message."""
+        """Return the suffix of its topic, its type and its message."""
         if isinstance(self.data, bytes):
             made = messages.compressed(stamp_ns, frame, self.data, self.encoding)
             return "/compressed", COMPRESSED, made
@@ -46,11 +46,11 @@ class RawImage:
 
 @dataclass(frozen=True, eq=False)
 class RawObservation:
-    """One instant of all cameras, before anything was made of it.
+    """One instant of all cameras, before any processing.
 
-    `images` are one for each camera, None where it delivered nothing; `depths` are likewise
-    (H, W) float32 in metres, NaN where unknown, or none at all. `world_from_cameras` says where
-    each camera was where they are not fixed to one rig.
+    `images` has one entry per camera, None where it delivered nothing. `depths` likewise, (H, W)
+    float32 in metres, NaN where unknown, or empty. `world_from_cameras` are the poses of cameras
+    that are not fixed to one rig.
     """
 
     time_s: float
@@ -63,10 +63,10 @@ class RawObservation:
 def raw_observations(
     capture: Capture, observations: Sequence[Observation] | None = None
 ) -> Iterator[RawObservation]:
-    """Yield the observations of a capture as they are stored, each when it is asked for.
+    """Yield the observations of a capture as they are stored, each on request.
 
-    Compressed images stay as they are; those of videos are decoded. One that cannot be read is
-    left out. Where the capture knows no times they are counted from its rate.
+    Compressed images are passed on unchanged; those of videos are decoded. Unreadable images are
+    left out. If the capture has no times, they are computed from its rate.
     """
     chosen = capture.observations() if observations is None else observations
     for observation in chosen:

@@ -1,4 +1,4 @@
-"""Writes a run of tracking or servoing as MCAP while it goes on, beside it."""
+"""Writes a run of tracking or servoing as MCAP in the background."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -24,7 +24,7 @@ from servoid.track import TrackStep
 from servoid.words import counted
 
 MOST_WAITING = 64
-"""Observations that wait to be written; of a source that runs, those beyond are dropped."""
+"""The maximum number of observations to be written that are pending; a live source drops more."""
 
 DIAGNOSTICS_TOPIC, JOINTS_TOPIC = "/diagnostics", "/joint_states"
 _LEVELS = {"tracking": 0, "searching": 1, "lost": 2}  # OK, WARN, ERROR
@@ -34,7 +34,7 @@ _MS_PER_S = 1e3
 
 @dataclass(frozen=True)
 class RunRig:
-    """The cameras of a run, and how an instant becomes the observation that is recorded."""
+    """The cameras of a run, and the conversion of an instant to a recorded observation."""
 
     cameras: tuple[RecordedCamera, ...]
     observe: Callable[[Instant], RawObservation]
@@ -52,17 +52,17 @@ class RunRig:
 
     @classmethod
     def of_source(cls, cameras: Sequence[Camera], names: Sequence[str]) -> "RunRig":
-        """Record what the ideal pinhole cameras of a source see; each may move by itself."""
+        """Record the images of a source's ideal pinhole cameras; each may move on its own."""
         both = zip(names, cameras, strict=True)
         return cls(tuple(_Pinhole(name, _lens_of(camera)) for name, camera in both), _seen)
 
 
 @dataclass(frozen=True, eq=False)
 class ObjectState:
-    """What became of one object in one observation; `body` is there where it is new.
+    """The result for one object in one observation; `body` is present if it is new.
 
-    `colors` are those of the body's ellipsoids, (K, 3) uint8 RGB; `seconds` is what the tracker
-    took; without an `estimate` no camera delivered an image.
+    `colors` are those of the body's ellipsoids, (K, 3) uint8 RGB. `seconds` is the tracker's time.
+    Without an `estimate`, no camera delivered an image.
     """
 
     name: str
@@ -75,24 +75,24 @@ class ObjectState:
 
 @dataclass(frozen=True, eq=False)
 class _Pinhole:
-    """An ideal pinhole camera, which moves by itself."""
+    """An ideal pinhole camera, which moves on its own."""
 
     name: str
     lens: Lens
-    rig_from_camera: Pose = Pose.identity()  # noqa: RUF009 - it never changes
+    rig_from_camera: Pose = Pose.identity()  # noqa: RUF009 - poses are immutable
 
 
 @dataclass(frozen=True, eq=False)
-class _Seen:
-    """An observation that waits to be written, with what was made of it."""
+class _PendingObservation:
+    """A pending observation, with its results."""
 
     instant: Instant
     states: tuple[ObjectState, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class _Felt:
-    """The state of an arm's joints that waits to be written."""
+class _PendingJoints:
+    """A pending state of an arm's joints."""
 
     names: tuple[str, ...]
     state: JointState
@@ -100,11 +100,11 @@ class _Felt:
 
 @contextmanager
 def mcap_run(path: str | Path, rig: RunRig, *, can_wait: bool) -> Iterator["McapRun"]:
-    """Record a run into an MCAP file that is at `path` when the block ends.
+    """Record a run to an MCAP file that appears at `path` when the block ends.
 
-    It is written in a thread of its own. What comes faster than it can be written waits, up to
-    `MOST_WAITING`; then, if the run `can_wait`, it does, and otherwise observations are dropped,
-    which `notes` says. If the block raises, nothing is left of the file.
+    It is written in a thread of its own. Up to `MOST_WAITING` jobs may be pending. Beyond that, the
+    run waits if it `can_wait`; otherwise observations are dropped, which `notes` reports. If the
+    block raises, nothing is left of the file.
 
     Raises:
         OutputError: the file cannot be written.
@@ -122,19 +122,19 @@ def mcap_run(path: str | Path, rig: RunRig, *, can_wait: bool) -> Iterator["Mcap
 
 
 class McapRun:
-    """A recording that grows beside a run; to hand over is to put into a queue."""
+    """A recording that is written during a run; adding to it only puts data into a queue."""
 
     def __init__(self, path: Path, file: McapFile, rig: RunRig, *, can_wait: bool) -> None:
         self._path, self._file, self._rig = path, file, rig
         self._recorder = ObservationRecorder(path, file, rig.cameras)
-        self._background: Background[_Seen | _Felt] = Background(
+        self._background: Background[_PendingObservation | _PendingJoints] = Background(
             self._write, MOST_WAITING, can_wait=can_wait
         )
         self._known: set[str] = set()
-        self._owed: dict[str, Body] = {}  # bodies that are not written yet
+        self._owed: dict[str, Body] = {}  # bodies that have not been written yet
 
     def add(self, step: TrackStep) -> None:
-        """Record a step of tracking: images, poses, bodies that are new, and how it went.
+        """Record a step of tracking: images, poses, new bodies, and diagnostics.
 
         Raises:
             OutputError: the file cannot be written.
@@ -156,7 +156,7 @@ class McapRun:
         )
 
     def see(self, instant: Instant, states: Sequence[ObjectState]) -> None:
-        """Record an observation and what became of objects in it.
+        """Record an observation and the results for its objects.
 
         Raises:
             OutputError: the file cannot be written.
@@ -166,9 +166,9 @@ class McapRun:
             if one.body is not None:
                 self._known.add(one.name)
                 self._owed[one.name] = one.body
-        # A body whose observation was dropped comes with the next one that is not.
+        # A body whose observation was dropped is written with the next one that is not.
         whole = tuple(replace(one, body=self._owed.get(one.name)) for one in states)
-        if self._background.put(_Seen(instant, whole)):
+        if self._background.put(_PendingObservation(instant, whole)):
             self._owed.clear()
 
     def feel(self, names: Sequence[str], state: JointState) -> None:
@@ -178,20 +178,20 @@ class McapRun:
             OutputError: the file cannot be written.
 
         """
-        self._background.put(_Felt(tuple(names), state))
+        self._background.put(_PendingJoints(tuple(names), state))
 
     def notes(self) -> list[str]:
-        """Say what the recording lacks."""
+        """Return messages on what the recording lacks."""
         lacking, whole = self._background.dropped, self._background.handed
         if not lacking:
             return []
         return [
             f"{self._path} lacks {lacking} of {counted(whole, 'message')} that were to be written: "
-            "they came faster; record to a faster disk, or fewer images"
+            "writing was too slow; use a faster disk, or record fewer images"
         ]
 
     def close(self) -> None:
-        """Write what waits.
+        """Write the pending data.
 
         Raises:
             OutputError: the file cannot be written.
@@ -200,13 +200,13 @@ class McapRun:
         self._background.close()
 
     def give_up(self) -> None:
-        """Leave unwritten what waits."""
+        """Discard the pending data."""
         self._background.give_up()
 
-    def _write(self, job: "_Seen | _Felt") -> None:
-        """Write what waited; this is done in the other thread."""
+    def _write(self, job: "_PendingObservation | _PendingJoints") -> None:
+        """Write one pending job; runs in the other thread."""
         made = self._file.messages
-        if isinstance(job, _Felt):
+        if isinstance(job, _PendingJoints):
             stamp_ns, state = stamp_of(job.state.time_s), job.state
             told = made.joints(stamp_ns, job.names, state.positions, state.velocities)
             self._file.add(JOINTS_TOPIC, ros.JOINTS, stamp_ns, told)
@@ -220,7 +220,7 @@ class McapRun:
             self._file.add(DIAGNOSTICS_TOPIC, ros.DIAGNOSTICS, stamp_ns, told)
 
     def _object(self, stamp_ns: int, state: ObjectState) -> None:
-        """Write where an object is, if that is to be trusted, and its body if it is new."""
+        """Write an object's pose, if it is to be trusted, and its body if it is new."""
         made, frame = self._file.messages, _frame_of(state.name)
         if state.body is not None:
             told = made.markers(stamp_ns, frame, state.body, state.colors)
@@ -241,7 +241,7 @@ def _frame_of(name: str) -> str:
 
 
 def _diagnosis(state: ObjectState) -> ros.Entry:
-    """Say how one object fares: its level, its status, and what the tracker knows."""
+    """Return an object's diagnostics: its level, its status, and the tracker's values."""
     name, estimate = f"servoid: {state.name}", state.estimate
     if estimate is None:
         return name, _DARK, "dark", {}

@@ -1,1 +1,1 @@
-"""What lies in a bag: its files, topics, stamps and images."""
+"""The content of a bag: its files, topics, timestamps and images."""

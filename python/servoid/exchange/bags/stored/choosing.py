@@ -1,4 +1,4 @@
-"""Chooses the topics of a bag: those that a person names, or the most likely ones."""
+"""Chooses the topics of a bag: those that the user names, or the most likely ones."""
 
 import re
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from servoid.exchange.bags.stored.pixels import (
 )
 from servoid.exchange.bags.stored.reader import Bag
 
-# Of the topics of one camera the first that is there is taken.
+# Of the topics of one camera, the first available one is used.
 _RANKS = ("image_raw", "image_color", "image", "image_rect_color", "image_rect_raw", "image_rect")
 _PAIRS = (("left", "right"), ("infra1", "infra2"), ("cam0", "cam1"), ("camera_0", "camera_1"))
 _COLORED = re.compile(r"color|colour|rgb", re.IGNORECASE)
@@ -27,7 +27,7 @@ _MOST_NAMED = 8
 
 @dataclass(frozen=True)
 class ImageTopic:
-    """A topic of images; `base` is its name without how the images are compressed."""
+    """A topic of images; `base` is its name without the suffix for compression."""
 
     topic: str
     base: str
@@ -38,16 +38,16 @@ class ImageTopic:
 
     @property
     def camera(self) -> str:
-        """Name the camera: the namespace that its topics share."""
+        """Return the camera's name: the namespace that its topics share."""
         return self.base.rpartition("/")[0]
 
     @property
     def is_rectified(self) -> bool:
-        """Say whether the images are rectified, as image_proc and drivers name them."""
+        """Return whether the images are rectified, by the naming of image_proc and drivers."""
         return "rect" in self.base.rpartition("/")[2]
 
     def rank(self) -> tuple[int, int, str]:
-        """Return by what topics of one camera are sorted, the best first."""
+        """Return the sort key of the topics of one camera, the best first."""
         last = self.base.rpartition("/")[2]
         named = _RANKS.index(last) if last in _RANKS else len(_RANKS)
         return named, int(self.topic != self.base), self.topic
@@ -55,7 +55,7 @@ class ImageTopic:
 
 @dataclass(frozen=True)
 class Chosen:
-    """Topics of colours, one of depth or None for each, and what was guessed as `notes`."""
+    """Colour topics, a depth topic or None for each, and `notes` on what was guessed."""
 
     images: tuple[ImageTopic, ...]
     depths: tuple[ImageTopic | None, ...]
@@ -66,7 +66,7 @@ def choose(bag: Bag, topics: Sequence[str]) -> Chosen:
     """Choose by name, or guess if no topic is named.
 
     Raises:
-        CaptureError: a name is no topic of images, there is none, or depth fits no camera.
+        CaptureError: a name is not a topic of images, there is none, or depth fits no camera.
 
     """
     names = [name for name, kind in bag.kinds.items() if kind in (IMAGE, COMPRESSED)]
@@ -93,7 +93,7 @@ def _named(bag: Bag, topic: str, names: Sequence[str]) -> ImageTopic:
 
 
 def _describe(bag: Bag, topic: str) -> ImageTopic | None:
-    """Look at the first image of a topic; None if there is none, or it says no size."""
+    """Examine the first image of a topic; None if there is none, or it has no size."""
     first = bag.first(topic)
     if first is None:
         return None
@@ -114,7 +114,7 @@ def _describe(bag: Bag, topic: str) -> ImageTopic | None:
 
 
 def _info_topic(bag: Bag, base: str) -> str | None:
-    """Return the topic of the calibration: where image_transport looks for it."""
+    """Return the topic of the calibration, by image_transport's rule."""
     topic = f"{base.rpartition('/')[0]}/camera_info"
     return topic if bag.kinds.get(topic) == CAMERA_INFO else None
 
@@ -140,14 +140,14 @@ def _by_name(bag: Bag, named: Sequence[ImageTopic]) -> Chosen:
 
 
 def _guessed(bag: Bag, found: Sequence[ImageTopic]) -> Chosen:
-    is_own = TIME_TOPIC in bag.kinds  # then all its cameras are one rig, in their order
+    is_own = TIME_TOPIC in bag.kinds  # then all its cameras form one rig, in their order
     order = list(bag.kinds)
     seen = [one for one in found if not one.is_depth]
     seen.sort(key=lambda one: (order.index(one.info_topic or one.topic),) if is_own else one.rank())
     calibrated = [one for one in seen if one.info_topic is not None]
     if not seen:
         raise CaptureError(
-            f"{bag.path}: its topics of images hold depth alone, or no image; record those of a "
+            f"{bag.path}: its topics of images have only depth, or no image; record those of a "
             "camera too"
         )
     cameras: dict[str, ImageTopic] = {}
@@ -169,7 +169,7 @@ def _guessed(bag: Bag, found: Sequence[ImageTopic]) -> Chosen:
 
 
 def _likely(cameras: dict[str, ImageTopic], depths: Sequence[ImageTopic]) -> tuple[ImageTopic, ...]:
-    """Return the only camera, one with depth, a stereo pair, or the first one with colours."""
+    """Return the only camera, one with depth, a stereo pair, or the first one with colour."""
     names = sorted(cameras)
     with_depth = [name for name in names if _depth_of(cameras[name], depths) is not None]
     if len(names) > 1 and with_depth:
@@ -190,7 +190,7 @@ def _depth_of(image: ImageTopic, depths: Sequence[ImageTopic]) -> ImageTopic | N
 
 
 def _is_registered(depth: ImageTopic, image: ImageTopic) -> bool:
-    """Say whether depth is measured in the pixels of a camera."""
+    """Return whether depth is registered to the pixels of a camera."""
     return (depth.frame, depth.size_px) == (image.frame, image.size_px)
 
 

@@ -1,4 +1,4 @@
-"""Reads through a bag once: stamps of images, calibrations and transforms."""
+"""Reads through a bag once: timestamps of images, calibrations and transforms."""
 
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -13,12 +13,12 @@ from servoid.exchange.bags.stored.header import read_header
 from servoid.exchange.bags.stored.reader import Bag, Message, Stored
 from servoid.words import counted
 
-_SAME_FROM = 12  # bytes of a message after its stamp
+_SAME_FROM = 12  # bytes of a message before its content, with the timestamp
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One image of a topic: when it was taken, and where it lies."""
+    """One image of a topic: when it was taken, and its position in the bag."""
 
     stamp_ns: int
     at: Stored
@@ -26,7 +26,7 @@ class Shot:
 
 @dataclass
 class Content:
-    """What a bag holds of the topics that were chosen; images are in the order of their stamps."""
+    """The content of the chosen topics; images are sorted by their timestamps."""
 
     transforms: Transforms
     shots: dict[str, list[Shot]] = field(default_factory=dict)
@@ -36,7 +36,7 @@ class Content:
 
 
 def scan(bag: Bag, chosen: Chosen) -> Content:
-    """Read through the whole bag, as far as topics were chosen.
+    """Read through the whole bag, for the chosen topics.
 
     Raises:
         CaptureError: the bag is damaged, a frame or a calibration changes, or TF is malformed.
@@ -67,7 +67,7 @@ def _seconds(told: Any) -> float:
 
 
 class _Reading:
-    """Gathers what messages say, one after another."""
+    """Collects the content of messages, one after another."""
 
     def __init__(self, bag: Bag, images: dict[str, ImageTopic], infos: set[str]) -> None:
         self._bag, self._images = bag, images
@@ -106,7 +106,7 @@ class _Reading:
         self._bag.decode(message, lambda told: add(told, is_static=is_static))
 
     def close(self) -> Content:
-        """Bring all in order and return it."""
+        """Sort everything and return it."""
         content = self.content
         content.transforms.close()
         for topic, shots in content.shots.items():
@@ -114,13 +114,13 @@ class _Reading:
             by_stamp = {shot.stamp_ns: shot for shot in reversed(shots)}
             if back:
                 content.notes.append(
-                    f"stamps on {topic} go back {counted(back, 'time')}; its images were brought "
-                    "in order"
+                    f"timestamps on {topic} go back {counted(back, 'time')}; its images were "
+                    "brought in order"
                 )
             if len(by_stamp) < len(shots):
                 content.notes.append(
                     f"{counted(len(shots) - len(by_stamp), 'image')} on {topic} "
-                    "have the stamp of another and were left out"
+                    "have the same timestamp as another and were left out"
                 )
             content.shots[topic] = [by_stamp[stamp] for stamp in sorted(by_stamp)]
         return content

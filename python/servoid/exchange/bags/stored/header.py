@@ -1,4 +1,4 @@
-"""Reads stamp and frame of a message without decoding the rest, which may be a large image."""
+"""Reads the timestamp and frame of a message without decoding the rest, maybe a large image."""
 
 import struct
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from servoid.errors import CaptureError
 from servoid.exchange.bags.stored.reader import Bag, Message
 
 NS_PER_S = 1_000_000_000
-_START = 4  # ROS 1 counts messages there, ROS 2 says how numbers are written
+_START = 4  # bytes before the header: a sequence number in ROS 1, the encoding in ROS 2
 _MOST_NAME = 1024
 
 
@@ -22,7 +22,7 @@ class Header:
 def read_header(bag: Bag, message: Message) -> Header:
     """Return the header of a message whose type begins with one.
 
-    A stamp of zero, which drivers without a clock write, is replaced by when it was recorded.
+    A timestamp of zero, which drivers without a clock write, is replaced by the recording time.
 
     Raises:
         CaptureError: the message is too short.
@@ -36,7 +36,7 @@ def read_header(bag: Bag, message: Message) -> Header:
             f"{order}{'I' if bag.is_ros1 else 'i'}II", data, _START
         )
         if length > _MOST_NAME or _START + 12 + length > len(data):
-            raise ValueError("the name of its frame is longer than it")
+            raise ValueError("the name of its frame exceeds the message")
         name = data[_START + 12 : _START + 12 + length].decode("utf-8")
     except (struct.error, ValueError) as reason:
         raise CaptureError(
@@ -47,5 +47,5 @@ def read_header(bag: Bag, message: Message) -> Header:
 
 
 def tidy_frame(name: str) -> str:
-    """Return the name of a frame as tf2 has it: without a slash before it."""
+    """Return the name of a frame in tf2's form: without a leading slash."""
     return name.rstrip("\0").lstrip("/")

@@ -1,4 +1,4 @@
-"""Images and depth images that lie in a bag, each read when it is asked for."""
+"""Images and depth images in a bag, each read on request."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,12 +16,12 @@ from servoid.exchange.bags.stored.reader import Message, Stored, open_files
 
 @dataclass(frozen=True)
 class BagPicture(Picture):
-    """One image in a bag; `at` is where."""
+    """One image in a bag; `at` is its position."""
 
     at: Stored = field(kw_only=True)
 
     def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.uint8]:
-        """Read the image of (width, height) pixels: (H, W, 3) uint8, RGB, shrunk `by` so much.
+        """Read the image of (width, height) pixels: (H, W, 3) uint8, RGB, shrunk `by` a factor.
 
         Raises:
             ImageError: the bag is damaged, or the image has another size or encoding.
@@ -47,13 +47,13 @@ class BagPicture(Picture):
 
 @dataclass(frozen=True)
 class BagDepth:
-    """One depth image in a bag; `at` is where."""
+    """One depth image in a bag; `at` is its position."""
 
     path: Path
     at: Stored
 
     def read(self, size_px: tuple[int, int], by: int = 1) -> NDArray[np.float32]:
-        """Read the depth image of (width, height) pixels, shrunk `by` so much.
+        """Read the depth image of (width, height) pixels, shrunk `by` a factor.
 
         Returns (H, W) float32, metres along z, NaN where unknown.
 
@@ -73,5 +73,5 @@ class BagDepth:
 
 
 def name_of(path: Path, at: Stored) -> str:
-    """Name a message for people: the bag, the topic, and when it was recorded."""
+    """Return the name of a message for users: the bag, the topic, and the recording time."""
     return f"{path}, {at.topic} of {at.log_ns / NS_PER_S:.3f} s"

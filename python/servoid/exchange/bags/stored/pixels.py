@@ -1,4 +1,4 @@
-"""Turns messages with images into pixels, by each encoding that ROS has for them."""
+"""Decodes image messages to pixels, for each ROS encoding."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -18,15 +18,15 @@ COMPRESSED = "sensor_msgs/msg/CompressedImage"
 
 _DEPTH_SCALES_M = {"16UC1": 1e-3, "mono16": 1e-3, "32FC1": 1.0}
 _DEPTH_ENCODINGS = ("16UC1", "32FC1")
-_PARAMETERS = 12  # bytes before a depth image: its format, and how distances were quantized
+_PARAMETERS = 12  # bytes before a depth image: its format and quantization
 _PNG_DEPTH = "png"
 
 
 @dataclass(frozen=True)
 class Encoding:
-    """How pixels are stored: numbers of `kind`, so many `channels`, and how they become RGB.
+    """A pixel format: numbers of type `kind`, the number of `channels`, and the conversion to RGB.
 
-    `conversion` is the name of OpenCV's conversion to RGB, empty where there is nothing to do.
+    `conversion` is the name of OpenCV's conversion to RGB, empty if none is needed.
     """
 
     kind: str
@@ -34,7 +34,7 @@ class Encoding:
     conversion: str = ""
 
 
-# OpenCV names a Bayer pattern by its second row and column, ROS by its first.
+# OpenCV names a Bayer pattern from the second row and column, ROS from the first.
 ENCODINGS = {
     "mono8": Encoding("u1", 1, "COLOR_GRAY2RGB"),
     "8UC1": Encoding("u1", 1, "COLOR_GRAY2RGB"),
@@ -60,19 +60,19 @@ _DEPTHS = {"16UC1": Encoding("u2", 1), "mono16": Encoding("u2", 1), "32FC1": Enc
 
 
 def is_depth(image: Any, topic: str) -> bool:
-    """Say whether an image, decoded to a message, holds distances and no colours."""
+    """Return whether an image, decoded to a message, contains distances and not colours."""
     if hasattr(image, "encoding"):
         return image.encoding in _DEPTH_ENCODINGS
     return is_compressed_depth(topic) or _first_word(image) in _DEPTH_ENCODINGS
 
 
 def is_compressed_depth(topic: str) -> bool:
-    """Say whether a topic is one of depth images with parameters before them."""
+    """Return whether a topic has compressed depth images with parameters before them."""
     return topic.endswith("/compressedDepth")
 
 
 def size_of(image: Any, topic: str) -> tuple[int, int] | None:
-    """Return width and height of an image, decoded to a message; None if nothing says them."""
+    """Return width and height of an image, decoded to a message; None if unknown."""
     if hasattr(image, "encoding"):
         return int(image.width), int(image.height)
     skipped = _PARAMETERS if is_compressed_depth(topic) else 0
@@ -82,7 +82,7 @@ def size_of(image: Any, topic: str) -> tuple[int, int] | None:
 def colors_of(image: Any, size_px: tuple[int, int], place: str, by: int = 1) -> NDArray[np.uint8]:
     """Return the pixels of an image, decoded to a message: (H, W, 3) uint8, RGB, shrunk `by`.
 
-    It has (width, height) pixels. Of 16 bits the upper 8 are taken.
+    It has (width, height) pixels. Of 16-bit values, the upper 8 bits are used.
 
     Raises:
         ImageError: the encoding is unknown, the data are damaged, or it has another size; `place`
@@ -94,7 +94,7 @@ def colors_of(image: Any, size_px: tuple[int, int], place: str, by: int = 1) -> 
     if not hasattr(image, "encoding"):
         flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
         found = decode_bytes(bytes(image.data), place, flags, size_px, ImageError, by)
-        # The word after `compressed` says what was taken for blue, green and red by the encoder.
+        # The word after `compressed` is the channel order that the encoder was given.
         is_swapped = "compressed rgb" in image.format
         return np.asarray(found if is_swapped else cv2.cvtColor(found, cv2.COLOR_BGR2RGB), np.uint8)
     check_size(place, (int(image.width), int(image.height)), size_px, ImageError)
@@ -115,10 +115,10 @@ def colors_of(image: Any, size_px: tuple[int, int], place: str, by: int = 1) -> 
 def depth_of(
     image: Any, topic: str, size_px: tuple[int, int], place: str
 ) -> tuple[NDArray[np.generic], float]:
-    """Return the numbers of a depth image, (H, W), and what one of them is in metres.
+    """Return the values of a depth image, (H, W), and their unit in metres.
 
     Raises:
-        ImageError: it is no depth image, the data are damaged, or it has another size; `place`
+        ImageError: it is not a depth image, the data are damaged, or it has another size; `place`
             begins the message.
 
     """
@@ -136,17 +136,17 @@ def depth_of(
 
 
 def _array_of(image: Any, encoding: Encoding, place: str) -> NDArray[Any]:
-    """Return what is stored: (H, W) or (H, W, C), without what fills up the rows."""
+    """Return the stored array: (H, W) or (H, W, C), without row padding."""
     kind = np.dtype(f"{'>' if image.is_bigendian else '<'}{encoding.kind}")
     width, height, step = int(image.width), int(image.height), int(image.step)
     row = width * encoding.channels * kind.itemsize
     if width < 1 or height < 1 or step < row or len(image.data) < step * (height - 1) + row:
         raise ImageError(
-            f"{place}: {len(image.data)} bytes with {step} a row are no {image.encoding} image of "
-            f"{width}x{height} pixels; record it again"
+            f"{place}: {len(image.data)} bytes with {step} a row are not an {image.encoding} image "
+            f"of {width}x{height} pixels; record it again"
         )
     data = np.asarray(image.data, np.uint8)
-    if len(data) < step * height:  # some drivers leave out what fills up the last row
+    if len(data) < step * height:  # some drivers omit the padding of the last row
         data = np.concatenate([data, np.zeros(step * height - len(data), np.uint8)])
     rows = np.ascontiguousarray(data[: step * height].reshape(height, step)[:, :row])
     numbers = rows.view(kind).astype(kind.newbyteorder("="), copy=False)
@@ -158,11 +158,11 @@ def _array_of(image: Any, encoding: Encoding, place: str) -> NDArray[Any]:
 def _unquantized(
     image: Any, size_px: tuple[int, int], place: str
 ) -> tuple[NDArray[np.generic], float]:
-    """Undo what compressed_depth_image_transport does: floats are stored as inverse distances."""
+    """Decode compressed_depth_image_transport: floats are stored as inverse distances."""
     data = bytes(image.data)
     if _PNG_DEPTH not in image.format and " " in image.format:
         raise ImageError(
-            f"{place}: its format is '{image.format}'; of compressed depth servoid reads PNG; "
+            f"{place}: its format is '{image.format}'; servoid reads compressed depth as PNG; "
             "republish it with compressed_depth_image_transport/format set to png"
         )
     stored = _stored(data[_PARAMETERS:], size_px, place)

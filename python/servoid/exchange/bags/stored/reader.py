@@ -1,4 +1,4 @@
-"""Opens the files of a bag, and reads messages from any place in them."""
+"""Opens the files of a bag, and reads messages at any position in them."""
 
 import struct
 import threading
@@ -21,8 +21,8 @@ SUFFIXES = (".mcap", ".bag", ".db3")
 _METADATA = "metadata.yaml"
 _ROS1 = ".bag"
 _OPEN = 4  # bags that stay open
-_AHEAD = 8  # messages that are passed over before it is faster to seek anew
-_KEPT = 8  # messages of a topic: threads ask for neighbours, not quite in order
+_AHEAD = 8  # messages to skip, beyond which seeking is faster
+_KEPT = 8  # messages of a topic: threads request neighbours, not quite in order
 _KEPT_BYTES = 1 << 26
 _DATABASE_HEADER, _LARGEST_PAGE = 100, 1 << 16  # bytes, of SQLite
 _CURES = {
@@ -35,7 +35,7 @@ _CURES = {
 
 @dataclass(frozen=True)
 class Stored:
-    """Where a message lies: its topic, when it was written, and which of those of that moment."""
+    """The position of a message: its topic, when it was written, and its index at that time."""
 
     topic: str
     log_ns: int
@@ -44,7 +44,7 @@ class Stored:
 
 @dataclass(frozen=True)
 class Message:
-    """One message as it lies in the bag, not decoded yet."""
+    """One message as stored in the bag, not decoded yet."""
 
     at: Stored
     kind: str
@@ -52,7 +52,7 @@ class Message:
 
 
 def is_bag(path: str | Path) -> bool:
-    """Say whether a path is named like a bag, or is a folder that holds one; nothing is read."""
+    """Return whether a path is named like a bag, or is a folder that holds one; nothing is read."""
     path = Path(path)
     if is_folder(path):
         return is_file(path / _METADATA) or bool(_storages(path))
@@ -60,7 +60,7 @@ def is_bag(path: str | Path) -> bool:
 
 
 def open_files(path: Path) -> "Bag":
-    """Open the bag at `path`, or return it as it was opened before, if it is still the same.
+    """Open the bag at `path`, or return the open one if its files are unchanged.
 
     Raises:
         CaptureError: there is no such bag, or it is cut short, damaged or of an unknown kind.
@@ -88,7 +88,7 @@ class Bag:
             self._reader.open()
             topics = self._reader.topics
         self.counts: dict[str, int] = {topic: info.msgcount for topic, info in topics.items()}
-        self.kinds: dict[str, str] = {}  # in the order in which they were made
+        self.kinds: dict[str, str] = {}  # in the order of creation
         for connection in self._reader.connections:
             known = self.kinds.setdefault(connection.topic, connection.msgtype)
             self.kinds[connection.topic] = known if known == connection.msgtype else ""
@@ -115,7 +115,7 @@ class Bag:
             if len(data) > BAG_MESSAGE.most_bytes:
                 raise CaptureError(
                     f"{self.path}: a message on {connection.topic} has more than "
-                    f"{BAG_MESSAGE.text}, the most that servoid takes; leave the topic out"
+                    f"{BAG_MESSAGE.text}, the maximum that servoid accepts; leave the topic out"
                 )
             before = last.get(connection.topic)
             twin = before.twin + 1 if before is not None and before.log_ns == log_ns else 0
@@ -124,7 +124,7 @@ class Bag:
             yield Message(at, connection.msgtype, bytes(data))
 
     def first(self, topic: str) -> Message | None:
-        """Return the first message of a topic, None if it has none.
+        """Return the first message of a topic, None if there is none.
 
         Raises:
             CaptureError: the bag is damaged.
@@ -133,7 +133,7 @@ class Bag:
         return next(self.messages([topic]), None)
 
     def read(self, at: Stored) -> Message:
-        """Return one message; in order this costs one reading of each.
+        """Return one message; reading in order reads each message once.
 
         Raises:
             CaptureError: the bag is damaged.
@@ -145,10 +145,10 @@ class Bag:
     def decode(self, message: Message, read: Callable[[Any], ReadT]) -> ReadT:
         """Return what `read` finds in a message, whose fields are attributes.
 
-        A bag brings the definitions of its types along: fields may be missing, or of other kinds.
+        A bag contains the definitions of its types: fields may be missing, or have other types.
 
         Raises:
-            CaptureError: its bytes are not what its type says, or `read` does not find its fields.
+            CaptureError: its bytes do not match its type, or `read` does not find its fields.
 
         """
         with self._damage():
@@ -156,7 +156,7 @@ class Bag:
 
     @contextmanager
     def _damage(self) -> Iterator[None]:
-        """Say what is wrong with the bag if reading it fails, however it fails."""
+        """Report damage of the bag if reading it fails in any way."""
         try:
             yield
         except ServoidError:
@@ -165,7 +165,7 @@ class Bag:
             words = (reason.strerror or str(reason)).lower()
             raise CaptureError(f"cannot read {self.path}: {words}") from reason
         except Exception as reason:
-            # The library checks little: a damaged file may raise anything.
+            # The library checks little: a damaged file may raise any exception.
             words = str(reason).strip().rstrip(".") or type(reason).__name__
             cure = _CURES.get(self.path.suffix.lower(), _CURES[""])
             raise CaptureError(
@@ -174,7 +174,7 @@ class Bag:
 
 
 class _Cursor:
-    """Reads one topic forwards, and keeps the last messages."""
+    """Reads one topic forwards, and caches the last messages."""
 
     def __init__(self, bag: Bag, topic: str) -> None:
         self._bag, self._topic = bag, topic
@@ -194,7 +194,7 @@ class _Cursor:
             found = self._advance(at, at.twin + 1)
         if found is None:
             raise CaptureError(
-                f"{self._bag.path} was changed while it was read: a message on {self._topic} is "
+                f"{self._bag.path} changed while it was read: a message on {self._topic} is "
                 "gone; run it again"
             )
         return found
@@ -229,15 +229,15 @@ def _any_reader(path: Path) -> Any:
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise MissingExtraError.of("bags", "rosbags", "bags") from error
-    # Recorders before 2023 did not write what the types are; the standard ones have not changed.
+    # Recorders before 2023 did not store the type definitions; the standard ones have not changed.
     return AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
 
 
 def _place(path: Path) -> Path:
-    """Return the file or folder to open; of a folder without a summary its only file.
+    """Return the file or folder to open; for a folder without a summary, its only file.
 
     Raises:
-        CaptureError: there is none, or nothing says which.
+        CaptureError: there is none, or it is ambiguous.
 
     """
     if not is_folder(path):
@@ -259,7 +259,7 @@ def _storages(folder: Path) -> list[Path]:
 
 
 def _check_database(path: Path) -> None:
-    """Check that a database is as long as it says: SQLite takes what is missing for empty.
+    """Check that a database has its stated length: SQLite treats missing parts as empty.
 
     Raises:
         CaptureError: its end is missing.
@@ -275,7 +275,7 @@ def _check_database(path: Path) -> None:
     changes, count = struct.unpack_from(">II", start, 24)
     (changes_then,) = struct.unpack_from(">I", start, 92)
     promised = (_LARGEST_PAGE if page == 1 else page) * count
-    # Old writers do not keep the count up to date, and then the numbers of changes differ.
+    # Old writers do not update the count; the change counters then differ.
     if changes == changes_then and path.stat().st_size < promised:
         raise CaptureError(
             f"{path} is cut short: it has {path.stat().st_size} of {promised} bytes; "
@@ -284,6 +284,6 @@ def _check_database(path: Path) -> None:
 
 
 def _version(path: Path) -> tuple[tuple[int, int], ...]:
-    """Return what changes when a bag is written anew."""
+    """Return what changes when a bag is rewritten."""
     files = [path] if is_file(path) else [path / _METADATA, *_storages(path)]
     return tuple((one.stat().st_size, one.stat().st_mtime_ns) for one in files)

@@ -18,7 +18,8 @@ def check_extras(command: str, extras: Mapping[str, str]) -> None:
     missing = [library for library in extras if find_spec(library) is None]
     if missing:
         named = ",".join(dict.fromkeys(extras[library] for library in missing))
+        are = "is" if len(missing) == 1 else "are"
         raise MissingExtraError(
-            f"{command} needs {', '.join(missing)}, which is not installed; "
+            f"{command} needs {', '.join(missing)}, which {are} not installed; "
             f"install with: pip install 'servoid[{named}]'"
         )

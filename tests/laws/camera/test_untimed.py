@@ -39,7 +39,7 @@ def test_a_capture_without_a_rate_is_tracked_as_at_the_rate_that_is_said(tmp_pat
     known, words = tracked(tmp_path / "with", f"rate_hz = {ASSUMED_HZ}")
     unknown, said = tracked(tmp_path / "without", "")
     assert unknown == known
-    assert f"{ASSUMED_HZ:g} observations a second are assumed" in said and "rate_hz" in said
+    assert f"{ASSUMED_HZ:g} observations per second are assumed" in said and "rate_hz" in said
     assert "assumed" not in words
     assert "time jumps" not in said
     points = read_trajectory(tmp_path / "without" / "poses.csv")

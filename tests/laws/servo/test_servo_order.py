@@ -19,7 +19,9 @@ def test_everything_that_is_missing_is_named_at_once(
     monkeypatch.setattr(extras, "find_spec", lambda _library: None)
     outcome = servoid_command("servo", "--out", tmp_path / "b")
     assert outcome.code == 1
-    assert outcome.err.startswith("error: servoid servo needs mujoco, daqp, matplotlib, not")
+    assert outcome.err.startswith(
+        "error: servoid servo needs mujoco, daqp, matplotlib, which are not"
+    )
     assert outcome.err.endswith("pip install 'servoid[sim,servo,view]'\n")
     outcome = servoid_command("study", "bode", "--out", tmp_path / "b")
     assert outcome.err.startswith("error: servoid study needs matplotlib, pyarrow, mujoco, daqp")

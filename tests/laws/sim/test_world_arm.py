@@ -235,7 +235,11 @@ def test_what_does_not_exist_is_refused_with_what_does(
         (PhysicsSettings, {"period_s": 0.003}, r"period is 0.003 s .* a multiple of the step"),
         (CameraSettings, {"exposure_s": 0.05}, r"takes 0.05 s, but at 30 Hz there are 0.03333 s"),
         (CameraSettings, {"rate_hz": -1.0}, r"CameraSettings.rate_hz: expected a number > 0"),
-        (CameraSettings, {"samples": 1, "moments": 3}, r"has 3 moments, but a pixel only 1 ray;"),
+        (
+            CameraSettings,
+            {"samples": 1, "moments": 3},
+            r"has 3 moments, but a pixel has only 1 ray;",
+        ),
     ],
 )
 def test_settings_of_a_world_that_cannot_be_are_refused_when_they_are_made(

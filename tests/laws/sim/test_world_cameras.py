@@ -357,7 +357,7 @@ def test_a_board_hides_the_object_while_it_is_there() -> None:
 
 def test_boards_of_different_sizes_are_refused() -> None:
     small = Occlude(at_s=3.0, seconds=1.0, half_size=(0.05, 0.05))
-    with pytest.raises(SimError, match="give all faults that occlude the same half_size"):
+    with pytest.raises(SimError, match="give all Occlude faults the same half_size"):
         make_world(faults=(Occlude(at_s=0.5, seconds=1.5), small))
 
 

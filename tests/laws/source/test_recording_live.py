@@ -96,7 +96,7 @@ def test_a_recording_says_which_images_formed_each_observation(tmp_path: Path) -
 def test_a_recording_replaces_nothing_and_leaves_nothing_of_nothing(tmp_path: Path) -> None:
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "mine").touch()
-    with pytest.raises(OutputError, match="the folder holds something; name one that is empty"):
+    with pytest.raises(OutputError, match="the folder is not empty; name one that is empty"):
         FolderRecorder(tmp_path / "full", RIG)
     with pytest.raises(OutputError, match="no image came"):
         FolderRecorder(tmp_path / "none", RIG).close()

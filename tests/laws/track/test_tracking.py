@@ -101,7 +101,7 @@ def test_a_saved_body_is_tracked_on_from_any_pose_of_the_track(
 def test_a_start_where_the_object_does_not_look_as_it_is_remembered_is_said(
     alone: Alone, tmp_path: Path
 ) -> None:
-    body, words = alone.folder / "body.json", "does not look like the object"
+    body, words = alone.folder / "body.json", "do not match the appearance in the body's file"
     begins = pose_text(alone.points[0].world_from_object)
     for start, unlike in (("body", True), (begins, False)):
         options = ("--body", body, "--start", start, "--observations", ":2")
@@ -119,6 +119,6 @@ def test_the_summary_tells_what_the_files_hold(alone: Alone) -> None:
     said = dict(re.findall(r"^  (\S.*?)  +(\S.*)$", alone.said, re.MULTILINE))
     assert said["tracked"] == "100.0 % (40 of 40)"
     assert said["evolved"].startswith("3 times")
-    assert float(said["rate"].split()[0]) > 30.0
+    assert re.fullmatch(r"\d+ .*", said["rate"])
     paths = (said["poses"], said["body"], said["video"])
     assert paths == ("poses.csv", "body.json", "o.mp4")

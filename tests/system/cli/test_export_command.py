@@ -201,8 +201,8 @@ def test_the_page_on_exporting_states_the_numbers_of_the_code() -> None:
         f"up to {splat.SPLATS} flat Gaussians",
         f"a sigma of {splat.SIGMA} of the distance",
         f"an opacity of {splat.OPACITY}",
-        f"in kg/m³ and is {WATER_KG_M3:g}",
-        f"`--detail N` goes from 0 to {surface.MOST_DETAIL}. With the default, "
+        f"in kg/m³; the default is {WATER_KG_M3:g}",
+        f"`--detail N` ranges from 0 to {surface.MOST_DETAIL}. With the default, "
         f"{surface.DEFAULT_DETAIL},",
         f"SDFormat {sdf.VERSION}",
     )

@@ -116,5 +116,5 @@ def test_memory_that_ends_is_no_bug(
     trip("model", MemoryError(), monkeypatch)
     outcome = servoid_command("model", *INPUTS["model"])
     assert (outcome.code, outcome.out) == (1, "")
-    assert outcome.err.startswith("error: the memory that this process may use is not enough; ")
+    assert outcome.err.startswith("error: out of memory; ")
     assert outcome.err.count("\n") == 1

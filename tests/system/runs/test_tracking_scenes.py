@@ -71,7 +71,7 @@ def test_a_body_that_remembers_no_look_is_not_sought(
     outcome = servoid_command("track", alone.recording.folder, *body)
     assert outcome.code == 1
     assert "nothing says where 'body' is in observation 8" in outcome.err
-    assert "saved with what the object looks like" in " ".join(outcome.err.split())
+    assert "a body that was saved with its appearance" in " ".join(outcome.err.split())
 
 
 @pytest.mark.extended

@@ -136,7 +136,7 @@ def test_a_film_is_scanned_by_its_key_images(tmp_path: Path) -> None:
         ("turntable", "the camera stands still, and an object moves"),
         ("blank", "too little to see"),
         ("two scenes", "2 scenes that have nothing in common"),
-        ("two images", "holds 2 images, too few"),
+        ("two images", "has 2 images, too few"),
     ],
 )
 def test_what_cannot_be_scanned_is_refused_by_name(tmp_path: Path, name: str, words: str) -> None:

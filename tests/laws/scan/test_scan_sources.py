@@ -137,4 +137,4 @@ def test_a_second_eye_gives_metres_and_a_wrong_focal_length_is_told(
     wrong = [note for note in made.doubts if "images fit a focal length" in note]
     assert bool(wrong) is (told_px != FOCAL_PX)
     if wrong:
-        assert "better than the 324 px that were told" in wrong[0]
+        assert "better than the given 324 px" in wrong[0]

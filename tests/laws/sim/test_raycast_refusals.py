@@ -112,7 +112,11 @@ def test_a_light_that_cannot_be_is_refused(changes: dict[str, object], words: st
         ),
         ({"world_from_visual": np.full((1, 1, 7), np.nan)}, PoseError, "NaN"),
         ({"world_from_visual": np.zeros((1, 1, 7))}, PoseError, "length 1"),
-        ({"world_from_visual": np.array([[[*HERE[:4], 0, 0, 1e6]]])}, SimError, "visual 0 is 1000000 m"),
+        (
+            {"world_from_visual": np.array([[[*HERE[:4], 0, 0, 1e6]]])},
+            SimError,
+            "visual 0 is 1000000 m",
+        ),
     ],
 )
 def test_an_image_that_cannot_be_is_refused(

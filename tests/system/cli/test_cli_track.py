@@ -233,7 +233,7 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "a video of another kind": ((*BARE, "--video", "a.gif"), r"a\.gif: a video ends in \.mp4"),
     "a body to another kind": ((*BARE, "--save-body", "a.toml"), r"a body ends in \.json"),
     "no pose and no mask": ((*BARE, "--observations", "1:"), "nothing says where 'cup' is in obs"),
-    "no observations": ((*BARE, "--observations", "9:"), "holds none of the 5"),
+    "no observations": ((*BARE, "--observations", "9:"), "selects none of the 5"),
     "no mask and no target": (("--observations", "1:"), "nothing marks the object"),
 }
 

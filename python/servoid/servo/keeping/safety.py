@@ -29,8 +29,6 @@ class Reason(Enum):
     PROTECTIVE_STOP = "the arm's own driver has stopped it, and waits for a reset"
     PARTED = "the tracker's estimates have differed from the filtered pose for too long"
     ADRIFT = "uncertain estimates of the target's rotation would move the goal too far"
-        "the tracker's uncertain estimates of the target's rotation would move the goal too far"
-    )
     STRAYED = "following an uncertain estimate of the target's rotation moved the goal too far"
     ROUGH = "the target's pose is too uncertain to position the hand by it"
     UNSEEN = "the target is not seen now; its motion is extrapolated"

@@ -52,7 +52,7 @@ class Scenario:
         if self.size not in SIZES_PX:
             raise ValueError(f"unknown size '{self.size}'; choose one of {', '.join(SIZES_PX)}")
         if self.seed < 0:
-            raise ValueError(f"{self.seed} is no seed; choose 0 or more")
+            raise ValueError(f"{self.seed} is not a seed; choose 0 or more")
         if self.turn and self.hand:
             raise ValueError("the toy rests where a hand moves the rig; leave turn or hand out")
 

@@ -27,7 +27,7 @@ _LAWS: dict[JointLaw, Callable[[Arm, JointSettings], HandJoints]] = {
     JointLaw.QP: QuadraticJoints,
     JointLaw.PAPER: PaperJoints,
 }
-_MISSED_PERIODS = 3  # after so many without a command, the joints' own speeds count
+_MISSED_PERIODS = 3  # after more periods without a command, the joints' measured speeds count
 
 
 @dataclass(frozen=True, eq=False)

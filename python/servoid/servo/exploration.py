@@ -179,7 +179,7 @@ def first_look(arm: Arm, source: Source) -> Instant:
 
 
 def awaited(arm: Arm, source: Source, suits: Callable[[Instant], bool] = lambda _: True) -> Instant:
-    """Return the next observation that suits; the arm, which rests, goes on resting.
+    """Return the next observation that fits `suits`; the arm stays at rest.
 
     Raises:
         ServoError: none comes.

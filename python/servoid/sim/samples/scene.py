@@ -1,4 +1,4 @@
-"""The scene of the moving sample: a toy snail before a stereo rig, one of which moves."""
+"""The scene of the moving sample: a toy snail and a stereo rig, one of which moves."""
 
 from dataclasses import dataclass
 from functools import cached_property

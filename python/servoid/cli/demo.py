@@ -94,7 +94,7 @@ def _parts(out: Path) -> tuple[Part, ...]:
             {},
         ),
         Part(
-            "An arm with moving cameras models a bottle in a simulated room, and follows it.",
+            "An arm with moving cameras models a simulated bottle, and follows it.",
             (("servo", "--object", "bottle", "--path", "sine:0.1@8s", "--seconds", "6",
               "--out", arm),),
             {

@@ -281,7 +281,9 @@ def test_what_was_done_until_an_interrupt_is_written(
     outcome = servoid_command("servo", "--config", config, "--out", out)
     assert outcome.code == 130
     for kind in ("repeatability", "accuracy"):
-        assert said(outcome)[kind].startswith("not known: the run ended within the 3 s")
+        assert said(outcome)[kind].startswith(
+            "not known: the run ended within the settling time of 3 s"
+        )
     assert "nan" not in outcome.out
     rows = log_rows(out / "log.csv")
     assert 40 < len(rows) < 90

@@ -13,11 +13,11 @@ from servoid.servo.settings import SafetySettings
 from servoid.source.source import Instant
 
 _FITTING = 3  # consecutive estimates that are no outliers, after which a series ends
-_QUICK_S, _SLOW_S = 1.0, 5.0  # time constants of smoothing rotations, and of their constant error
-_USUAL_S = 20.0  # time constant of the usual rotation error
-_LONGEST_S = 0.1  # maximum time for which one rotation counts
-_LASTING = 0.2  # share of it that counts
-_TOLD = 0.5  # share of the tracker's standard deviation above which rotations count fully
+_QUICK_S, _SLOW_S = 1.0, 5.0  # time constants of the rotation error, and of its constant part
+_USUAL_S = 20.0  # time constant of the target's usual rotation
+_LONGEST_S = 0.1  # maximum time that one estimate represents
+_LASTING = 0.2  # share of the whole rotation error that always counts
+_TOLD = 0.5  # share of the tracker's standard deviation above which the variable part counts
 _CALM = 0.5  # share of the threshold below which the arm moves again
 _ROWS = 4  # every fourth row suffices to distinguish images
 

@@ -126,7 +126,7 @@ class JointServos:
     def _unexplained(self, off: Floats, needed: Floats) -> Floats:
         """Return the external torques (N,) on joints with acceleration errors `off` (V,).
 
-        `needed` (V,) are the torques of the model without external ones.
+        `needed` (V,) are the torques of the model for its accelerations.
         """
         outside = np.zeros(self._model.nv)
         known = self._data if self._corrections is None else self._corrections.known
@@ -165,10 +165,10 @@ class JointServos:
     def _corrected(
         self, corrections: "_Corrections", velocities: Floats, angles: Floats, speeds: Floats
     ) -> Floats:
-        """Return accelerations (N,) that make an arm follow the speeds (N,) of its model."""
+        """Return accelerations (N,) by which the arm follows the speeds of its model."""
         step, most = self.step_s, self._acceleration
         if self.protection.stopped and self.protection.pushed:
-            corrections.speeds = speeds  # external torques act on the arm
+            corrections.speeds = speeds  # the arm yields to external torques
         asked = self._wanted(velocities, angles, corrections.speeds)
         off = corrections.speeds - speeds
         answer = asked + self._gain * off + corrections.held

@@ -67,7 +67,7 @@ def scanned(name: str, source: Path, out: Path, request: scan.Request) -> scan.S
     print(
         f"{name:8} {len(solution.names)} of {made.keys} found, focal length "
         f"{solution.focal_px:.1f} px (deviation {solution.focal_std_px:.1f}), "
-        f"{solution.rms_px:.2f} px off, seen under "
+        f"{solution.rms_px:.2f} px off, parallax "
         f"{np.degrees(solution.parallax_rad):.1f} degrees, {seconds:.0f} CPU s"
     )
     return made

@@ -18,7 +18,7 @@ class ServoidError(Exception):
 
 
 class BackendError(ServoidError, ValueError):
-    """Is raised for a back end that this machine does not have."""
+    """Is raised for a backend that this machine does not have."""
 
 
 class PoseError(ServoidError, ValueError):

@@ -1,6 +1,6 @@
 """Replays whose bits are the same on every machine: each gives one hash of all its numbers.
 
-`python replays.py NAME ...` prints a line for each, so that a process with another back end or
+`python replays.py NAME ...` prints a line for each, so that a process with another backend or
 another processor's arithmetic can be asked; after `--shelf FOLDER` it takes from there what was
 drawn before. `python replays.py --write` measures all that is here and writes the table.
 """

@@ -30,7 +30,7 @@ def watched_batch(task: str) -> Iterator[Watch]:
         done = f"{last[0].done} of {counted(last[0].total, 'trial')}" if last else "no trials"
         count = last[0].done if last else 0
         typer.echo(
-            f"interrupted: {done} {are(count)} done and kept; the same command goes on from there",
+            f"interrupted: {done} {are(count)} done and kept; rerun the same command to resume",
             err=True,
         )
         raise typer.Exit(INTERRUPTED) from interrupt

@@ -77,7 +77,7 @@ def _parts(out: Path) -> tuple[Part, ...]:
         Part(
             "A wooden bird, photographed from all around, becomes a body of ellipsoids.",
             (("sample", photos), (*model, *(("--report", report) if can_report else ()))),
-            {f"{report}/report.html": "the bird's body to turn, over its photographs"}
+            {f"{report}/report.html": "an interactive view of the bird's body, and its photographs"}
             if can_report
             else {str(out / "body.json"): "the bird's body; its report needs "
                   "pip install 'servoid[view]'"},
@@ -94,11 +94,11 @@ def _parts(out: Path) -> tuple[Part, ...]:
             {},
         ),
         Part(
-            "An arm with turning eyes models a bottle in a simulated room, and follows it.",
+            "An arm with moving cameras models a simulated bottle, and follows it.",
             (("servo", "--object", "bottle", "--path", "sine:0.1@8s", "--seconds", "6",
               "--out", arm),),
             {
-                f"{arm}/servo.mp4": "the arm and the images of its eyes",
+                f"{arm}/servo.mp4": "the arm and the images of its cameras",
                 f"{arm}/report.html": "how well it followed",
             },
             SERVO_EXTRAS,
@@ -131,7 +131,7 @@ def _run(commands: Sequence[Sequence[str]], out: Path) -> None:
 
 
 def _against_truth(out: Path) -> str:
-    """Compare the track with the motion that the snail was drawn with."""
+    """Compare the track with the true motion of the snail."""
     found = [point.world_from_object for point in read_trajectory(out / "poses.csv")]
     true = read_trajectory(out / "recording" / "truth" / "left_from_object.csv")
     vertices, _ = outer_mesh(snail.PARTS)

@@ -1,4 +1,4 @@
-"""Shows the candidates of an ambiguous target, and asks whether to go on."""
+"""Shows the candidates of an ambiguous target, and asks whether to continue."""
 
 import sys
 from collections.abc import Callable
@@ -35,7 +35,7 @@ def settled(work: Callable[[bool], _Made], asked: Asked) -> _Made:
     target is refused.
 
     Raises:
-        TargetError: a target is ambiguous, and the user does not go on.
+        TargetError: a target is ambiguous, and the user does not continue.
 
     """
     try:
@@ -45,9 +45,9 @@ def settled(work: Callable[[bool], _Made], asked: Asked) -> _Made:
         write_whole(picture, draw_answers(doubt.image, doubt.masks))
         words = f"{doubt}; {picture} shows the candidates"
         if not _can_ask():
-            raise TargetError(f"{words}; --trust-targets goes on with the first one") from doubt
+            raise TargetError(f"{words}; --trust-targets continues with the first one") from doubt
         typer.echo(words, err=True)
-        if not typer.confirm("Go on with the first one?", err=True):
+        if not typer.confirm("Continue with the first one?", err=True):
             raise TargetError(f"the target is doubtful; see {picture}") from doubt
     return work(True)
 

@@ -44,7 +44,7 @@ def _quieten() -> None:
     """Keep libraries from writing to standard error: servoid reports the errors of a file."""
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    # It warns of a home that cannot be written; plots need nothing there.
+    # It warns if the home folder is not writable, which plots do not need.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 
@@ -64,7 +64,7 @@ def _run(arguments: Sequence[str] | None) -> NoReturn:
     except Exception as error:
         _fail(_bug(error), BUG)
     except BaseException as error:
-        # A panic of the core is no Exception; an exit is no failure.
+        # A panic of the core is not an Exception; an exit is not a failure.
         if isinstance(error, (SystemExit, GeneratorExit)):
             raise
         _fail(_bug(error), BUG)

@@ -22,7 +22,7 @@ class Commands(TyperGroup):
     """The group of all commands; its library would end an interrupted one without a message."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command that was asked for."""
+        """Run the requested command."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as interrupt:

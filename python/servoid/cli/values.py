@@ -55,7 +55,7 @@ def parse_slice(text: str, option: str = "--views") -> slice:
         numbers = []
     if len(numbers) not in (2, 3) or numbers[2:] == [0]:
         raise typer.BadParameter(
-            f"'{text}' is no range; write START:STOP:STEP with whole numbers, any of "
+            f"'{text}' is not a range; write START:STOP:STEP with whole numbers, any of "
             "which may be left out, and a STEP that is not 0, such as '::2' or '0:16:2'",
             param_hint=option,
         )
@@ -65,7 +65,7 @@ def parse_slice(text: str, option: str = "--views") -> slice:
 def check_seed(seed: int | None) -> int | None:
     """Return the seed if it is in the core's range."""
     if seed is not None and not 0 <= seed <= _LARGEST_SEED:
-        raise typer.BadParameter(f"{seed} is no seed; choose one from 0 to {_LARGEST_SEED}")
+        raise typer.BadParameter(f"{seed} is not a seed; choose one from 0 to {_LARGEST_SEED}")
     return seed
 
 
@@ -77,7 +77,7 @@ def check_count(count: int | None) -> int | None:
 
 
 def checked_by(settings: Callable[..., object], name: str) -> Callable[[int | None], int | None]:
-    """Return a callback that refuses a number that is no count with the core's error message.
+    """Return a callback that refuses an invalid count with the core's error message.
 
     The core's settings define the range, and refuse other counts when they are constructed.
     """

@@ -7,7 +7,7 @@ from servoid.errors import MissingExtraError, ServoidError
 
 
 class OptionError(ServoidError, ValueError):
-    """Is raised for an option that is invalid whatever the files hold; the command exits with 2."""
+    """Is raised for an option that is invalid for any files; the command exits with 2."""
 
 
 @contextmanager

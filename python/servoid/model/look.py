@@ -186,14 +186,14 @@ def _distance(distance_m: float | None, alone: bool) -> float:
     """Return the distance if it is needed and given."""
     if distance_m is None:
         raise ModelError(
-            "modelling needs at least two views from different places, but 1 was given: one "
-            "image cannot distinguish a small near object from a large far one; give the distance "
-            "of the object in metres, such as --distance 0.6"
+            "modelling needs at least two views from different places, but 1 was given: a single "
+            "image does not determine how far the object is; give its distance in metres, such as "
+            "--distance 0.6"
         )
     if not alone:
         raise ModelError(
-            "a distance is for one image without depth; here, several images or a depth "
-            "image determine it; leave the distance out"
+            "a distance applies to a single image without depth only; here several images or a "
+            "depth image determine it; leave the distance out"
         )
     return distance_m
 

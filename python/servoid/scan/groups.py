@@ -27,14 +27,14 @@ def check_found(solution: Solution, count: int) -> None:
         )
     if len(solution.names) < _LEAST_SHARE * count:
         raise ScanError(
-            f"only {len(solution.names)} of {count} images hang together "
+            f"only {len(solution.names)} of {count} images are connected "
             f"({_listed(solution.names)}): the others share too little of the scene; take "
             "images closer together, so that neighbours share most of their view, and lay "
             "printed paper around a plain object"
         )
     if solution.parallax_rad < _LEAST_PARALLAX_RAD:
         raise ScanError(
-            "the camera hardly moved to the side: the parallax is "
+            "the camera hardly moved sideways: the parallax is "
             f"{math.degrees(solution.parallax_rad):.1f} degrees, too little for distances; "
             "walk around the object"
         )

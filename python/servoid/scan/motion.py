@@ -46,7 +46,7 @@ def check_features(matched: Matched) -> None:
     if np.median(counts) >= _FEW_FEATURES:
         return
     raise ScanError(
-        f"there is too little to see in the images: {np.median(counts):.0f} features in the median "
+        f"the images have too few features: {np.median(counts):.0f} features in the median "
         f"one, and at least {_FEW_FEATURES} are needed; a blank wall or a plain table has none, "
         "and neither does a blurred or dark image: put printed paper around the object, light it, "
         "and hold the camera still for each photograph"
@@ -74,15 +74,15 @@ def check_standing(matched: Matched) -> None:
     if 2 * len(moving) >= max(1, len(near)):
         share = np.median([one.moved for one in moving])
         raise ScanError(
-            "the camera stands still, and an object moves before a room at rest: "
+            "the camera does not move, and an object moves before a static background: "
             f"{100 * still:.0f} % of the matches stay at their "
             f"position in the image, and {100 * share:.0f} % move, so that the scan would "
-            "find the room and not the object; use 'servoid track' with --target, "
-            "which models what moves, or scan with --turntable, which leaves out what does "
+            "reconstruct the background and not the object; use 'servoid track' with --target, "
+            "which models what moves, or scan with --turntable, which ignores what does "
             "not move, or with --inside and masks of the object"
         )
     raise ScanError(
-        "the camera stands still: "
+        "the camera does not move: "
         f"{100 * still:.0f} % of the matches stay at their position "
         "in the image; walk around the object while you film it, or take photographs from "
         "15 to 50 positions around it"
@@ -106,7 +106,7 @@ def check_turning(matched: Matched) -> None:
     share = turning_share(matched)
     if share is not None and share > _ONLY_TURNS:
         raise ScanError(
-            f"the camera only turns: rotation in place explains {100 * share:.0f} % of the "
+            f"the camera only rotates: rotation in place explains {100 * share:.0f} % of the "
             "image motion, which does not determine distances; walk sideways around the object "
             "and keep it in the middle of the image"
         )
@@ -186,5 +186,5 @@ def refuse_unplaced(matched: Matched) -> NoReturn:
         )
     raise ScanError(
         "the images do not determine distances: all that they share is in one plane, or the "
-        "camera hardly moved to the side; walk around an object that has a background"
+        "camera hardly moved sideways; walk around an object that has a background"
     )

@@ -114,7 +114,7 @@ class Scan:
             fov_deg = 2.0 * math.atan(0.5 * solution.lens.size_px[0] / solution.focal_px)
             yield (
                 f"the images fit a focal length of about {solution.focal_px:.0f} px better than "
-                f"the {told_px:.0f} px that were told: {math.degrees(fov_deg):.1f} degrees from "
+                f"the given {told_px:.0f} px: {math.degrees(fov_deg):.1f} degrees from "
                 "left to right; the scan uses its own estimate"
             )
 

@@ -18,7 +18,7 @@ FOLDER = FolderKind(
     "a scan", MARK, frozenset({"capture.toml", "poses.csv", IMAGES, MASKS, REPORT, FIGURES})
 )
 
-_CAPTURE = """{mark}: {found} of {keys} images found a place
+_CAPTURE = """{mark}: {found} of {keys} images have a pose
 version = 1
 {metric}
 [[camera]]

@@ -1,4 +1,4 @@
-"""Servoing: an arm that carries turning eyes is led to an object and kept there."""
+"""Visual servoing: controls an arm with moving cameras relative to a target object."""
 
 from typing import TYPE_CHECKING
 

@@ -1,7 +1,7 @@
-"""How true a run was: the true object in the hand against where it was wished.
+"""Measures the accuracy of a run: the true object in the hand against its desired pose.
 
-Nothing here needs to know how the modelled body lies in the true object: the middle of either is
-told from its own shape, and the desired turn is the true one that the hand first had.
+The pose of the modelled body in the true object is not needed: the middle of each follows from its
+own shape, and the desired rotation is the true one at the start.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from servoid.servo.arm import Floats
 if TYPE_CHECKING:
     from servoid.servo.log import ServoLog
 
-_MOMENTS = 24  # of a run at which surfaces are compared
+_MOMENTS = 24  # times of a run at which surfaces are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +23,9 @@ class Wish:
     """The desired pose of the true object in the hand, and the shapes of object and body.
 
     `hand_from_object` is the desired pose of the true object. `middle` (3,), `points` (P, 3) and
-    `normals` (P, 3) are of its true surface, in its frame; `spin_axis` (3,) is one about which it
-    looks the same. `body_middle` (3,) and `body_points` (Q, 3) are the modelled body's, in its own
-    frame.
+    `normals` (P, 3) describe its true surface, in its frame; `spin_axis` (3,) is an axis of
+    rotational symmetry. `body_middle` (3,) and `body_points` (Q, 3) are those of the modelled
+    body, in its own frame.
     """
 
     hand_from_object: Pose
@@ -37,7 +37,7 @@ class Wish:
     spin_axis: Floats | None = None
 
     def error(self, hand_from_object: Pose) -> Floats:
-        """Return how far the hand is from its goal beside the true object, (6,): m and rad.
+        """Return the hand's error relative to its goal at the true object, (6,): m and rad.
 
         The first three are in the goal's frame, the last three a rotation vector.
         """
@@ -47,23 +47,23 @@ class Wish:
         return np.concatenate([off.translation, turn])
 
     def object_error(self, hand_from_object: Pose) -> float:
-        """Return how far the object's middle is in the hand from its desired place."""
+        """Return the distance of the object's middle from its desired position in the hand."""
         there = _moved(self.hand_from_object, self.middle)
         return exact.norm(_moved(hand_from_object, self.middle) - there)
 
     def surface_error(self, hand_from_object: Pose) -> float:
-        """Return how far points of the true surface are from their desired places, the mean."""
+        """Return the mean distance of points of the true surface from their desired positions."""
         here = _spun(hand_from_object, self.hand_from_object, self.spin_axis)
         off = here.transform(self.points) - self.hand_from_object.transform(self.points)
         return float(np.mean(exact.lengths(off)))
 
     def middle_error(self, hand_from_object: Pose, hand_from_body: Pose) -> float:
-        """Return how far the body's middle is believed to be from the object's true one."""
+        """Return the distance of the body's estimated middle from the object's true one."""
         off = _moved(hand_from_body, self.body_middle) - _moved(hand_from_object, self.middle)
         return exact.norm(off)
 
     def body_error(self, hand_from_object: Pose, hand_from_body: Pose) -> float:
-        """Return how far the modelled surface is believed to be from the true one, the mean."""
+        """Return the mean distance of the estimated surface from the true one."""
         places = (hand_from_object.inverse() @ hand_from_body).transform(self.body_points)
         apart = places[:, None] - self.points[None]
         nearest = (apart * apart).sum(axis=2).argmin(axis=1)
@@ -74,14 +74,13 @@ class Wish:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How true a run was, in metres and radians; NaN where the truth is not known.
+    """The accuracy of a run, in metres and radians; NaN where the truth is not known.
 
-    `position_rms`, `position_95` and `turn_rms` are of the hand against its goal beside the true
-    object, and `offset` is the length of the mean of its errors in position. `object_rms` is how
-    far the middle of the true object is in the hand from its desired place, and `surface` how far
-    the points of its surface are, the mean. The last two are of what is believed: `middle_rms` from
-    the modelled body's middle to the true object's, and `body` from the modelled surface to the
-    true one, the mean.
+    `position_rms`, `position_95` and `turn_rms` are errors of the hand relative to its goal at the
+    true object, and `offset` is the length of its mean position error. `object_rms` is the error of
+    the true object's middle in the hand, and `surface` the mean error of the points of its surface.
+    The last two describe the estimate: `middle_rms` is the distance from the modelled body's middle
+    to the true object's, and `body` the mean distance from the modelled surface to the true one.
     """
 
     position_rms: float = np.nan
@@ -95,7 +94,7 @@ class Accuracy:
 
     @classmethod
     def of(cls, log: "ServoLog", settle_s: float) -> "Accuracy":
-        """Measure a log after so many seconds."""
+        """Measure a log from `settle_s` seconds on."""
         wish = log.wish
         later = log.times >= settle_s
         rows = [row for row, counts in zip(log.rows, later, strict=True) if counts]
@@ -123,13 +122,13 @@ class Accuracy:
         )
 
     def numbers(self) -> dict[str, Any]:
-        """Return the figures by their names, ready for JSON; None where they are not known."""
+        """Return the figures by name, ready for JSON; None where they are not known."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
         return {name: None if np.isnan(value) else value for name, value in values.items()}
 
 
 def _evenly(count: int) -> list[int]:
-    """Return places of so many that are spread evenly, at most as many as are looked at."""
+    """Return at most `_MOMENTS` evenly spaced indices of `count` items."""
     return sorted({round(place) for place in np.linspace(0, count - 1, min(count, _MOMENTS))})
 
 
@@ -138,12 +137,12 @@ def _moved(pose: Pose, point: Floats) -> Floats:
 
 
 def _spun(pose: Pose, other: Pose, axis: Floats | None) -> Pose:
-    """Return a pose spun about its own axis, if it has one, so that it is nearest to another."""
+    """Return a pose rotated about its own axis, if it has one, to be nearest to another."""
     return pose if axis is None else spun_like(pose, other, axis)
 
 
 def spun_like(pose: Pose, other: Pose, axis: Floats) -> Pose:
-    """Return a pose spun about its own unit axis (3,) so that it is turned least from another."""
+    """Return a pose rotated about its own unit axis (3,) so that it differs least from another."""
     w, *vector = (pose.inverse() @ other).quaternion
     angle = 2.0 * exact.arctan2(exact.dot(axis, np.array(vector)), w)
     return pose @ Pose.exp([0.0, 0.0, 0.0, *(angle * axis)])

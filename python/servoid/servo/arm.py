@@ -1,4 +1,4 @@
-"""What an arm must be able to do to be servoed, simulated or real."""
+"""Declares the interface of an arm that can be servoed, simulated or real."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 def _row(what: str, given: object, count: int | None = None) -> Floats:
-    """Take a row of numbers, one for each joint where it is known how many there are."""
+    """Convert a row of numbers, and check its length if `count` is given."""
     try:
         numbers = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -31,14 +31,14 @@ def _row(what: str, given: object, count: int | None = None) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Joints:
-    """The N joints of an arm and its eyes, with what each may do.
+    """The N joints of an arm and its cameras, with their limits.
 
     All are rows of N numbers, kept as (N,) float64: `lower` and `upper` bound the angles in
-    radians, `speed` is in rad/s, `acceleration` in rad/s² and `jerk`, if the arm says it, in
-    rad/s³. The first `hand_count` joints move the hand, the rest the eyes.
+    radians, `speed` is in rad/s, `acceleration` in rad/s² and `jerk`, if the arm has one, in
+    rad/s³. The first `hand_count` joints move the hand, the others the cameras.
 
     Raises:
-        ServoError: a row has not one number for each name.
+        ServoError: a row does not have one number for each name.
 
     """
 
@@ -60,11 +60,11 @@ class Joints:
 
 @dataclass(frozen=True)
 class Eyes:
-    """Two eyes that share a tilt and have a pan each; their head is fixed to the hand.
+    """Two cameras ("eyes") with a common tilt and a pan each; their head is fixed to the hand.
 
-    The head's frame is like a camera's: x right, y down, z forward; the eyes sit at x = -l and
+    The head's frame is like a camera's: x right, y down, z forward; the cameras are at x = -l and
     x = l, where l is `half_baseline` in metres. A positive tilt looks down, about -x; a positive
-    pan looks right, about y as the tilt has left it. The numbers are places in `Joints`.
+    pan looks right, about y after the tilt. The integers are indices in `Joints`.
     """
 
     hand_from_head: Pose
@@ -76,13 +76,13 @@ class Eyes:
 
 @dataclass(frozen=True, eq=False)
 class JointState:
-    """What the joints' sensors say: angles (N,) in radians, speeds (N,) in rad/s, and when.
+    """The readings of the joints' sensors: angles (N,) in radians, speeds (N,) in rad/s, and time.
 
-    `stopped` says that the arm's own driver has brought it to a protective stop, in which commands
-    do nothing until somebody resets it.
+    `stopped` is true if the arm's own driver has brought it to a protective stop, in which commands
+    have no effect until somebody resets it.
 
     Raises:
-        ServoError: something else than a row of numbers was given.
+        ServoError: a value is not a row of numbers.
 
     """
 
@@ -98,9 +98,9 @@ class JointState:
 
 @dataclass(frozen=True, eq=False)
 class Clearances:
-    """How far K pairs of parts are apart: distances (K,) in metres, and their slopes (K, N).
+    """The distances (K,) in metres of K pairs of parts, and their gradients, `slopes` (K, N).
 
-    A slope says by how much a distance grows with each of the N joints, in metres per radian.
+    A gradient is the derivative of a distance by each of the N joints, in metres per radian.
     """
 
     distances: Floats
@@ -108,20 +108,20 @@ class Clearances:
 
 
 class Solid(Protocol):
-    """What an arm may tell of its own shape and of what stands around it."""
+    """The shape of an arm and of its surroundings, for collision avoidance."""
 
     def clearances(self, positions: Floats, within: float) -> Clearances:
-        """Return the distances of parts that are no farther than `within` from each other."""
+        """Return the distances of parts that are at most `within` from each other."""
         ...
 
 
 @runtime_checkable
 class Shaped(Protocol):
-    """An arm that may know its shape; one that has no such member does not."""
+    """An arm that may know its shape; an arm without this member does not."""
 
     @property
     def solid(self) -> Solid | None:
-        """Return what knows the arm's shape, None if nothing does."""
+        """Return the arm's shape, None if it is not known."""
         ...
 
 
@@ -129,7 +129,7 @@ class Shaped(Protocol):
 class Arm(Protocol):
     """An arm that takes joint speeds; positions are (N,) float64 in radians, in order of `joints`.
 
-    Whoever drives it calls `command` once a control period; it returns when the next one begins.
+    The caller calls `command` once per control period; it returns when the next one begins.
     """
 
     @property
@@ -139,7 +139,7 @@ class Arm(Protocol):
 
     @property
     def eyes(self) -> Eyes | None:
-        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        """Return the joints of the cameras, None if the cameras are fixed to the hand."""
         ...
 
     @property
@@ -148,11 +148,11 @@ class Arm(Protocol):
         ...
 
     def state(self) -> JointState:
-        """Return what the joints do now."""
+        """Return the present state of the joints."""
         ...
 
     def world_from_hand(self, positions: Floats) -> Pose:
-        """Return where the hand is with the joints at these positions."""
+        """Return the pose of the hand for these joint positions."""
         ...
 
     def jacobian(self, positions: Floats) -> Floats:
@@ -160,14 +160,14 @@ class Arm(Protocol):
         ...
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
-        """Return where each camera is with the joints at these positions."""
+        """Return the pose of each camera for these joint positions."""
         ...
 
     def command(self, velocities: Floats) -> None:
-        """Have the joints turn at (N,) rad/s, and return one control period later.
+        """Command the joint speeds (N,) in rad/s, and return one control period later.
 
         Raises:
-            ServoError: there are not N velocities, or one of them is no number.
+            ServoError: there are not N velocities, or one of them is not finite.
 
         """
         ...

@@ -1,4 +1,4 @@
-"""One tick of control: from the target's estimate and the joints' state to joint speeds."""
+"""Computes joint speeds from the target's estimate and the joints' state, once per period."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -27,17 +27,17 @@ _LAWS: dict[JointLaw, Callable[[Arm, JointSettings], HandJoints]] = {
     JointLaw.QP: QuadraticJoints,
     JointLaw.PAPER: PaperJoints,
 }
-_MISSED_PERIODS = 3  # after so many without a command, the joints' own speeds count
+_MISSED_PERIODS = 3  # after more periods without a command, the joints' measured speeds count
 
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """What one tick asks of the arm, and why.
+    """The command of one control period, and the reasons for it.
 
-    `velocities` (N,) in rad/s go to the joints. `twist` (6,) is the hand velocity in the world
-    that they stand for, `hand_from_goal` the pose error that it answers, `world_from_object` where
-    the object is predicted to be now, and `gaze` (3,) the angles wanted of tilt, left and right
-    pan. `holding` says what keeps the hand still, `limiting` what bounds its motion.
+    `velocities` (N,) are joint speeds in rad/s. `twist` (6,) is the corresponding hand velocity in
+    the world, `hand_from_goal` the pose error, `world_from_object` the predicted present pose of
+    the object, and `gaze` (3,) the desired angles of tilt, left and right pan. `holding` contains
+    the reasons why the hand is held, `limiting` those that limit its motion.
     """
 
     velocities: Floats
@@ -51,11 +51,11 @@ class Command:
 
 @dataclass(frozen=True, eq=False)
 class _Now:
-    """The arm at this tick.
+    """The arm in this control period.
 
     `jacobian` (6, n) and `twist` (6,) are the hand's, in the world.
-    `previous` (N,) are the joint speeds last commanded, `acceleration` (N,) how they changed,
-    `last` (6,) the hand velocity that they stood for, and `window` what may follow them.
+    `previous` (N,) are the last commanded joint speeds, `acceleration` (N,) their rate of change,
+    `last` (6,) the corresponding hand velocity, and `window` the speeds that may follow.
     """
 
     state: JointState
@@ -69,15 +69,15 @@ class _Now:
 
     @property
     def place(self) -> Floats:
-        """Return where the hand is in the world, (3,)."""
+        """Return the position of the hand in the world, (3,)."""
         return np.array(self.world_from_hand.translation)
 
 
 @dataclass(frozen=True, eq=False)
 class _Told:
-    """What was commanded last: speeds (N,) of all joints, and the hand velocity (6,) they mean.
+    """The last command: speeds (N,) of all joints, and the corresponding hand velocity (6,).
 
-    `acceleration` (N,) is by how much the speeds changed in a second.
+    `acceleration` (N,) is the rate of change of the speeds.
     """
 
     time_s: float
@@ -88,13 +88,13 @@ class _Told:
 
 
 class Controller:
-    """Leads the hand to a goal beside the target and keeps the eyes on it."""
+    """Controls the hand to a goal relative to the target, and the cameras to fixate it."""
 
     def __init__(self, arm: Arm, settings: ServoSettings | None = None) -> None:
-        """Take an arm at rest, whose present posture is the one to keep.
+        """Take an arm at rest; its present posture is the preferred one.
 
         Raises:
-            MissingExtraError: the joints' law needs a solver that is not installed.
+            MissingExtraError: the joint law needs a solver that is not installed.
 
         """
         self._arm = arm
@@ -116,13 +116,13 @@ class Controller:
         self._sure: Prediction | None = None
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
-        """Take in a new observation and what the tracker made of it, None if it is unusable."""
+        """Process a new observation and the tracker's estimate, None if it is unusable."""
         self._supervisor.see(instant, estimate)
 
     def command(self, state: JointState, goal_from_object: Pose | None) -> Command:
-        """Return what the joints should do to bring the object where the goal wants it.
+        """Return the command that brings the object to its goal pose relative to the hand.
 
-        Without a goal the hand rests and the eyes follow the target.
+        Without a goal the hand rests and the cameras follow the target.
         """
         now = self._look_at(state)
         if now is None:
@@ -136,14 +136,14 @@ class Controller:
             self._sure = Prediction.at_rest(state.time_s, target.world_from_object)
         if holding or goal_from_object is None:
             self._goal = None
-            # A wrong guess of the tracker must not turn the eyes away from a hidden target.
+            # A wrong estimate must not turn the cameras away from a hidden target.
             hidden = bool(holding - LOCATED)
             return self._hold(now, (self._sure or target) if hidden else target, holding)
         goal = self._moving_goal(state.time_s, goal_from_object)
         return self._pursue(now, self._led(target), goal, speed_scale)
 
     def go_to(self, state: JointState, world_from_goal: Pose, fixate: Floats) -> Command:
-        """Return what brings the hand to a pose in the world, the eyes on a point (3,) in it."""
+        """Return the command towards a hand pose in the world, with the cameras on a point (3,)."""
         now = self._look_at(state)
         if now is None:
             return self._stop(state)
@@ -155,14 +155,14 @@ class Controller:
         return self._pursue(now, target, goal, 1.0)
 
     def rest(self, state: JointState) -> Command:
-        """Return what brings the hand and the eyes to rest within their limits."""
+        """Return the command that brings hand and cameras to rest within their limits."""
         now = self._look_at(state)
         return self._stop(state) if now is None else self._hold(now, None, frozenset())
 
     def _pursue(
         self, now: _Now, target: Prediction, goal_from_object: Moving, speed_scale: float
     ) -> Command:
-        """Go after a goal beside a target, as the paper's Fig. 5 does."""
+        """Follow a goal relative to a target, as in Fig. 5 of the paper."""
         world_from_hand = Moving.from_twist(now.world_from_hand, now.twist)
         world_from_object = Moving.from_twist(target.world_from_object, target.twist)
         hand_from_goal = goal_error(world_from_hand, world_from_object, goal_from_object)
@@ -185,7 +185,7 @@ class Controller:
     def _hand_twist(
         self, now: _Now, hand_from_goal: Moving, world_from_goal: Moving, speed_scale: float
     ) -> Floats:
-        """Return the hand velocity (6,) that the pose error and the goal's motion ask for."""
+        """Return the hand velocity (6,) from the pose error and the goal's motion."""
         settings = self._settings.hand
         twist = correction(hand_from_goal, now.world_from_hand.matrix(), settings)
         if settings.feed_forward:
@@ -193,7 +193,7 @@ class Controller:
         return within(twist, *self._limiter.speeds(speed_scale))
 
     def _bounds(self, now: _Now, target: Prediction, speed_scale: float) -> Bounds:
-        """Return all that bounds the hand's joints before a target."""
+        """Return all bounds on the hand's joints for a target."""
         room = self._workspace.velocity_limits(
             now.place, now.last[:3], target.place, target.twist[:3]
         )
@@ -206,7 +206,7 @@ class Controller:
         return self._limiter.bounds(now.jacobian, now.last, window, walls, speed_scale)
 
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
-        """Bring the hand to rest along its way; the eyes stay on what is known of the target."""
+        """Brake the hand along its path; the cameras stay on the predicted target."""
         self._reaching.forget()
         twist = exact.product(now.jacobian, now.previous[self._hand])
         ticks = self._limiter.ticks_to_rest(twist)
@@ -228,7 +228,7 @@ class Controller:
         holding: frozenset[Reason] = frozenset(),
         limiting: frozenset[Reason] = frozenset(),
     ) -> Command:
-        """Add the eyes to the hand's joint speeds (n,), keep to all limits, and remember it."""
+        """Add the cameras to the hand's joint speeds (n,), apply the limits, store the command."""
         velocities = now.window.bounded(self._limits.braked(now.previous, now.acceleration))
         velocities[self._hand] = hand
         twist = exact.product(now.jacobian, velocities[self._hand])
@@ -242,12 +242,12 @@ class Controller:
         return Command(velocities.copy(), twist, hand_from_goal, place, angles, holding, limiting)
 
     def _told(self, now: _Now, velocities: Floats, twist: Floats) -> _Told:
-        """Return what is remembered of a command."""
+        """Return the part of a command that the next one needs."""
         acceleration = (velocities - now.previous) / self._arm.period_s
         return _Told(now.state.time_s, velocities, acceleration, twist, now.jacobian)
 
     def _stop(self, state: JointState) -> Command:
-        """Brake blindly, for a state that cannot be used."""
+        """Brake open-loop, if the state cannot be used."""
         last = self._previous
         if last is None:
             velocities, twist = np.zeros(len(self._arm.joints.names)), np.zeros(6)
@@ -260,7 +260,7 @@ class Controller:
         return Command(velocities.copy(), twist, holding=frozenset({Reason.BAD_STATE}))
 
     def _look_at(self, state: JointState) -> _Now | None:
-        """Work out what the hand does now; None if the state holds no numbers."""
+        """Compute the state of the hand; None if the joint state is not finite."""
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
         self._supervisor.advance(state.time_s, stopped=state.stopped)
@@ -269,7 +269,7 @@ class Controller:
         if told is not None and state.time_s - told.time_s > _MISSED_PERIODS * self._arm.period_s:
             told = None
         previous = velocities if told is None else told.velocities
-        # What is told now is done where the joints will be when they have answered.
+        # The command takes effect where the joints will be after their lag.
         ahead_s = self._settings.hand.lead_s + 0.5 * self._arm.period_s
         jacobian = self._jacobian(state.positions + ahead_s * previous)
         twist = exact.product(self._jacobian(state.positions), velocities[self._hand])
@@ -289,18 +289,18 @@ class Controller:
         )
 
     def _jacobian(self, positions: Floats) -> Floats:
-        """Return the hand's velocity (6, n) by the joints that move it."""
+        """Return the Jacobian (6, n) of the hand by the joints that move it."""
         return np.asarray(self._arm.jacobian(positions), np.float64)[:, self._hand]
 
     def _led(self, target: Prediction) -> Prediction:
-        """Return where the target is now, with the motion it surely has when the joints answer."""
+        """Return the present target, with the motion that is certain after the joints' lag."""
         settings = self._settings.hand
         twist = target.twist + settings.lead_s * target.acceleration
         sure = (settings.sure_speed, settings.sure_turning)
         return replace(target, twist=twist * target.sure_shares(*sure))
 
     def _moving_goal(self, time_s: float, goal_from_object: Pose) -> Moving:
-        """Return the desired relation with its own motion, which is seen from the last tick's."""
+        """Return the goal with its own motion, from the difference to the previous period."""
         last, self._goal = self._goal, (time_s, goal_from_object)
         if last is None or not 0.0 < time_s - last[0] < _MISSED_PERIODS * self._arm.period_s:
             return Moving.at_rest(goal_from_object)

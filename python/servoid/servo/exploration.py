@@ -1,4 +1,4 @@
-"""A hand meets an object: it looks at it, looks around it, and a body of it is modelled."""
+"""Explores an object: views it from several viewpoints, and models a body from the images."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -25,15 +25,16 @@ from servoid.words import were
 Masks = tuple[NDArray[np.uint8] | None, ...]
 Watch = Callable[[str, float, Instant | None, Command | None], None]
 
-_PATIENCE = 2000  # control periods in which an image must come
+_PATIENCE = 2000  # control periods within which an image must arrive
 
 
 @dataclass(frozen=True, eq=False)
 class Exploration:
-    """What is known of an object after it was looked at, at rest in the world.
+    """The result of exploring an object at rest in the world.
 
     `looks` are the observations, `masks` those of the first, by camera, and `capture` the folder
-    that holds them. `world_from_hand` is where the hand first stood. `notes` are for people.
+    that contains them. `world_from_hand` is the hand's first pose. `notes` are messages for the
+    user.
     """
 
     looks: tuple[Instant, ...]
@@ -45,18 +46,18 @@ class Exploration:
 
     @property
     def body(self) -> Body:
-        """Return the body, at its place in the world."""
+        """Return the body, at its pose in the world."""
         return self.result.body
 
     @property
     def all_notes(self) -> tuple[str, ...]:
-        """Return what is to be known of the looks and of the body."""
+        """Return the messages on the looks and on the body."""
         return (*self.notes, *self.result.all_notes)
 
     def teach(self, tracker: Follower) -> Estimate:
-        """Start a tracker with all that was seen; return where the object was as it was modelled.
+        """Start a tracker with all observations; return the estimate at the modelled pose.
 
-        What the tracker says of the other looks is not as true: the body was fitted to all of them.
+        The tracker's estimates for the other looks are less accurate: the body was fitted to all.
         """
         pose = self.body.world_from_object
         first = self.looks[0]
@@ -79,15 +80,15 @@ def explore(
     request: model.Request,
     watch: Watch | None = None,
 ) -> Exploration:
-    """Look at an object that rests, look around it, model it, and bring the hand back.
+    """View an object at rest from several viewpoints, model it, and move the hand back.
 
-    `mask` says where the object is in the first observation, by camera; one camera is enough. The
-    observations are written to `folder` as a capture. With one place to look from the hand stays
-    where it is. `watch` is called with stage and progress at each observation and command.
+    `mask` returns the object's masks in the first observation, by camera; one camera is enough. The
+    observations are written to `folder` as a capture. With a single viewpoint the hand does not
+    move. `watch` is called with stage and progress at each observation and command.
 
     Raises:
-        ServoError: no image comes.
-        ModelError, TargetError, MaskError: the object cannot be modelled from what was seen.
+        ServoError: no image arrives.
+        ModelError, TargetError, MaskError: the object cannot be modelled from the images.
         OutputError: the folder cannot be written.
 
     """
@@ -113,7 +114,7 @@ def explore(
 
 @dataclass
 class _Progress:
-    """Brings a hand to one place after another; `late` counts those that it did not reach."""
+    """Moves a hand to successive viewpoints; `late` counts those that it did not reach in time."""
 
     arm: Arm
     source: Source
@@ -124,7 +125,7 @@ class _Progress:
     late: int = field(default=0, init=False)
 
     def around(self, body: Body, first: Instant, home: Pose) -> list[Instant]:
-        """Return what is seen from places around a body, after the first look, and come back."""
+        """Return observations from viewpoints around a body, with the first, and move back."""
         looks, place = [first], np.array(body.world_from_object.translation)
         for number in range(1, self.settings.count):
             positions = self.arm.state().positions
@@ -139,20 +140,20 @@ class _Progress:
         return looks
 
     def notes(self) -> tuple[str, ...]:
-        """Say what did not go as it should."""
+        """Report viewpoints that were not reached in time."""
         if not self.late:
             return ()
         return (
-            f"{self.late} of {self.visited} places, the start among them, "
+            f"{self.late} of {self.visited} viewpoints, including the start, "
             f"{were(self.late)} not reached within "
-            f"{self.settings.patience_s:g} s (servo.look.patience_s); the hand looked from where "
-            "it was",
+            f"{self.settings.patience_s:g} s (servo.look.patience_s); the images were taken from "
+            "where the hand was",
         )
 
     def _go(
         self, stage: str, share: float, goal: tuple[Pose, NDArray[np.float64]]
     ) -> Instant | None:
-        """Visit a place, and bring the arm to rest: nobody commands it during thought."""
+        """Visit a viewpoint, and bring the arm to rest before the computation that follows."""
         seen, late = None, False
 
         def watch(command: Command) -> None:
@@ -168,7 +169,7 @@ class _Progress:
 
 
 def first_look(arm: Arm, source: Source) -> Instant:
-    """Return the first observation in which every camera sees something; the arm rests.
+    """Return the first observation in which every camera delivered an image; the arm rests.
 
     Raises:
         ServoError: none comes.
@@ -178,7 +179,7 @@ def first_look(arm: Arm, source: Source) -> Instant:
 
 
 def awaited(arm: Arm, source: Source, suits: Callable[[Instant], bool] = lambda _: True) -> Instant:
-    """Return the next observation that suits; the arm, which rests, goes on resting.
+    """Return the next observation that fits `suits`; the arm stays at rest.
 
     Raises:
         ServoError: none comes.

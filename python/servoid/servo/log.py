@@ -1,4 +1,4 @@
-"""What happened in a run of visual servoing, tick by tick."""
+"""Logs a run of visual servoing, one row per control period."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -15,10 +15,10 @@ from servoid.source.source import Instant
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """One tracked observation: what the tracker said, and where the object truly was then.
+    """One tracked observation: the tracker's estimate, and the object's true pose at that time.
 
-    `off_px` (C, 2) is how far from the middle of each camera's image the object truly was, in
-    pixels; NaN where it is not known. The log keeps no images.
+    `off_px` (C, 2) is the offset of the object's true projection from the middle of each camera's
+    image, in pixels; NaN where it is not known. The log keeps no images.
     """
 
     instant: Instant
@@ -31,10 +31,10 @@ class Seen:
 class ServoRow:
     """One control period.
 
-    `world_from_hand` is where the hand truly was, `world_from_goal` where it should have been
-    (from the truth, if known), and `truth` is the true pose of the body, by where it was modelled;
-    `seen` is there when an observation arrived. `hand_from_object` is where the object truly was in
-    the hand, `hand_from_body` where the body was believed to be in it.
+    `world_from_hand` is the hand's true pose, `world_from_goal` its desired pose (from the truth,
+    if known), and `truth` the true pose of the body, relative to where it was modelled; `seen` is
+    set if an observation arrived. `hand_from_object` is the object's true pose in the hand,
+    `hand_from_body` the body's estimated one.
     """
 
     tick: Tick
@@ -53,10 +53,10 @@ class ServoRow:
 
 @dataclass(eq=False)
 class ServoLog:
-    """All control periods of a run, in order; `start_s` is when servoing began.
+    """All control periods of a run, in order; `start_s` is the time when servoing began.
 
-    `joints` and `eyes` are the arm's, None where nothing is known but the joints' `names`. `wish`
-    is the desired pose of the true object in the hand, None where the truth is not known.
+    `joints` and `eyes` are those of the arm, None if only the joints' `names` are known. `wish` is
+    the desired pose of the true object in the hand, None if the truth is not known.
     """
 
     names: tuple[str, ...]
@@ -68,7 +68,7 @@ class ServoLog:
 
     @classmethod
     def of(cls, arm: Arm) -> "ServoLog":
-        """Begin the log of an arm, now."""
+        """Begin the log of an arm at the present time."""
         return cls(
             names=arm.joints.names,
             start_s=arm.state().time_s,
@@ -80,7 +80,7 @@ class ServoLog:
         return len(self.rows)
 
     def add(self, row: ServoRow) -> None:
-        """Keep a control period, without its images."""
+        """Append a control period, without its images."""
         seen = row.seen
         if seen is not None:
             seen = replace(seen, instant=replace(seen.instant, images=()))
@@ -88,7 +88,7 @@ class ServoLog:
 
     @property
     def cameras(self) -> tuple[str, ...]:
-        """Return the cameras' names, or else numbers, by the first observation; none before it."""
+        """Return the cameras' names, or numbers, from the first observation; none before it."""
         seen = next((row.seen for row in self.rows if row.seen is not None), None)
         if seen is None:
             return ()
@@ -106,15 +106,15 @@ class ServoLog:
 
     @property
     def commands(self) -> Floats:
-        """Return the joint speeds that were commanded in rad/s, (T, N)."""
+        """Return the commanded joint speeds in rad/s, (T, N)."""
         return np.array([row.tick.command.velocities for row in self.rows])
 
     @property
     def hand_errors(self) -> Floats:
-        """Return how far the hand was from its goal, (T, 6): metres in the goal's frame, rad.
+        """Return the hand's error relative to its goal, (T, 6): metres in the goal's frame, rad.
 
-        The goal is beside where the body was modelled and the object truly went: what was wrong
-        then is no error here. NaN where the truth is not known. The last three are a rotation
+        The goal follows the true motion of the object from where the body was modelled, so errors
+        of the model do not count. NaN where the truth is not known. The last three are a rotation
         vector.
         """
         found = np.full((len(self.rows), 6), np.nan)
@@ -127,7 +127,7 @@ class ServoLog:
 
     @property
     def true_errors(self) -> Floats:
-        """Return how far the hand was from its goal beside the true object, (T, 6), likewise.
+        """Return the hand's error relative to its goal at the true object, (T, 6), likewise.
 
         NaN where the truth is not known.
         """
@@ -139,7 +139,7 @@ class ServoLog:
 
     @property
     def seen(self) -> list[tuple[float, Seen]]:
-        """List the observations with the seconds since servoing began at which they were taken."""
+        """List the observations with their times in seconds since servoing began."""
         return [
             (row.seen.instant.time_s - self.start_s, row.seen)
             for row in self.rows
@@ -150,7 +150,7 @@ class ServoLog:
 def off_center(
     cameras: Sequence[Camera], world_from_camera: Sequence[Pose], point: Floats
 ) -> Floats:
-    """Return how far from the middle of each image a point (3,) of the world is seen, (C, 2) px."""
+    """Return the offset (C, 2) px of a world point's (3,) projection from each image's middle."""
     found = np.full((len(cameras), 2), np.nan)
     for place, (camera, pose) in enumerate(zip(cameras, world_from_camera, strict=True)):
         local = pose.inverse().transform(point[None])

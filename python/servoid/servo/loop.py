@@ -1,4 +1,4 @@
-"""The loop of visual servoing: observe, track, servo, act, again and again."""
+"""The loop of visual servoing: observe, track, control, act."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -19,12 +19,12 @@ Goal = Callable[[float], Pose | None]
 
 @dataclass(frozen=True, eq=False)
 class Tick:
-    """One control period: what was known, what was done, and how long the thinking took.
+    """One control period: inputs, command, and computing times.
 
-    `instant` and `estimate` are there when the loop heard of an observation in this period; if of
-    several, they are the newest, and `earlier` holds those before it. `control_s` is the time, on
-    the wall, that the control law took, `track_s` what the tracker took for the newest. `dropped`
-    counts the observations that arrived and were never tracked.
+    `instant` and `estimate` are set if the loop received an observation in this period; of several,
+    they are the newest, and `earlier` contains the others. `control_s` is the wall-clock time of
+    the control law, `track_s` that of the tracker for the newest. `dropped` counts the observations
+    that arrived and were never tracked.
     """
 
     state: JointState
@@ -40,12 +40,12 @@ class Tick:
 def servo(
     arm: Arm, source: Source, tracker: Follower, controller: Controller, goal: Goal
 ) -> Iterator[Tick]:
-    """Servo until the caller stops asking: each tick is one control period, as in Fig. 5.
+    """Servo until the caller stops iterating: each tick is one control period, as in Fig. 5.
 
-    `goal` gives the desired relation `goal_from_object` at a time of the arm's clock, or None for a
-    hand that rests. The tracker must have started. The arm waits for the tracker, so that a
-    simulated run can be repeated; a real arm has better `servo_tracked` and a `TrackingThread`.
-    When the caller leaves the loop, the arm is still moving at the speeds of the last command;
+    `goal` returns the desired pose `goal_from_object` at a time of the arm's clock, or None if the
+    hand should rest. The tracker must have started. The arm waits for the tracker, so that a
+    simulated run is repeatable; for a real arm use `servo_tracked` with a `TrackingThread`. When
+    the caller leaves the loop, the arm still moves at the speeds of the last command;
     `brought_to_rest` and `halt` brake it.
     """
     return servo_tracked(arm, TrackingInTurn(source, tracker), controller, goal)
@@ -54,7 +54,7 @@ def servo(
 def servo_tracked(
     arm: Arm, perception: Perception, controller: Controller, goal: Goal
 ) -> Iterator[Tick]:
-    """Servo to what is tracked elsewhere, as `servo` does.
+    """Servo as `servo` does, with estimates from a `Perception`.
 
     Raises:
         ServoidError: tracking has failed.
@@ -64,7 +64,7 @@ def servo_tracked(
         state = arm.state()
         heard = perception.tracked()
         if heard:
-            state = arm.state()  # tracking may have taken its time, in which a real arm went on
+            state = arm.state()  # a real arm moved on while tracking took its time
         began = time.perf_counter()
         for one in heard:
             controller.see(one.instant, one.estimate)
@@ -75,15 +75,15 @@ def servo_tracked(
 
 
 def halt(arm: Arm, controller: Controller) -> Iterator[Command]:
-    """Bring hand and eyes to rest within their limits; each command is one control period.
+    """Bring hand and cameras to rest within their limits; each command is one control period.
 
-    An arm that its own driver has stopped is left to that: it is commanded to rest, once.
+    An arm that its own driver has stopped gets a single command of zero speeds.
     """
     while True:
         state = arm.state()
         command = controller.rest(state)
         if state.stopped:
-            # Whoever resets it must not set free what was commanded last.
+            # After a reset, the arm must not resume the last command.
             command = replace(command, velocities=np.zeros_like(command.velocities))
         arm.command(command.velocities)
         yield command
@@ -95,9 +95,9 @@ def halt(arm: Arm, controller: Controller) -> Iterator[Command]:
 def brought_to_rest(
     arm: Arm, controller: Controller, watch: Callable[[Command], None] = lambda _: None
 ) -> Iterator[None]:
-    """Halt the arm when the block ends, however it ends: by an error or an interrupt, too.
+    """Halt the arm when the block ends, also by an error or an interrupt.
 
-    `watch` is called with each braking command. If it raises, the arm is braked all the same.
+    `watch` is called with each braking command. If it raises, the arm is still braked.
     """
     try:
         yield

@@ -1,4 +1,4 @@
-"""What a run of servoing was worth, in figures."""
+"""Computes the figures of a servo run."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,9 +14,9 @@ from servoid.servo.log import ServoLog
 
 @dataclass(frozen=True)
 class Hold:
-    """A time in which the hand was held, in seconds since servoing began, and why.
+    """An interval in which the hand was held, in seconds since servoing began, and why.
 
-    `reasons` are in the order in which they came up.
+    `reasons` are in the order in which they occurred.
     """
 
     start_s: float
@@ -25,7 +25,7 @@ class Hold:
 
     @property
     def seconds(self) -> float:
-        """Return how long the hand was held."""
+        """Return the duration of the hold."""
         return self.end_s - self.start_s
 
 
@@ -38,7 +38,7 @@ class Spread:
 
     @classmethod
     def of(cls, values: Floats) -> "Spread":
-        """Measure values (N,)."""
+        """Compute the percentiles of values (N,)."""
         if not len(values):
             return cls(np.nan, np.nan)
         return cls(float(np.percentile(values, 50.0)), float(np.percentile(values, 99.0)))
@@ -48,21 +48,21 @@ class Spread:
         return {"p50": _known(self.p50), "p99": _known(self.p99)}
 
     def in_words(self) -> str:
-        """Say it of times in seconds."""
+        """Describe times in seconds as text, in milliseconds."""
         median, most = (_in_words(1e3 * one, "ms") for one in (self.p50, self.p99))
         return f"{median}, p99 {most}"
 
 
 @dataclass(frozen=True)
 class ServoMetrics:
-    """The figures of a run; NaN where the log does not say.
+    """The figures of a run; NaN where the log does not determine them.
 
-    The errors are after `settle_s` seconds of servoing; all else is of the whole run.
-    `position_rms`, `position_95` (metres) and `turn_rms` (radians) are the repeatability: of the
-    hand beside where the body was modelled, whatever was wrong then. `accuracy` is of the true
-    object against its desired place. `fixation_rms_px` is over all eyes. `tracked_share` is the
-    share of observations, `fastest_hand` is in m/s, `control_s` and `track_s` are times on the
-    wall.
+    Errors are those after `settle_s` seconds of servoing; all other figures cover the whole run.
+    `position_rms`, `position_95` (metres) and `turn_rms` (radians) are the repeatability: errors of
+    the hand relative to where the body was modelled, without errors of the model. `accuracy` is
+    that of the true object at its desired pose. `fixation_rms_px` is over all cameras.
+    `tracked_share` is the share of observations, `fastest_hand` is in m/s, `control_s` and
+    `track_s` are wall-clock times.
     """
 
     settle_s: float
@@ -80,7 +80,7 @@ class ServoMetrics:
 
     @classmethod
     def of(cls, log: ServoLog, settle_s: float) -> "ServoMetrics":
-        """Measure a log."""
+        """Compute the figures of a log."""
         errors = log.hand_errors[log.times >= settle_s]
         distances = exact.lengths(errors[:, :3])
         distances = distances[np.isfinite(distances)]
@@ -105,11 +105,11 @@ class ServoMetrics:
 
     @property
     def held_s(self) -> float:
-        """Return for how long the hand was held altogether."""
+        """Return the total time for which the hand was held."""
         return float(sum(hold.seconds for hold in self.holds))
 
     def numbers(self) -> dict[str, Any]:
-        """Return the figures as they are, ready for JSON; None where the log does not say."""
+        """Return the figures, ready for JSON; None where the log does not determine them."""
         return {
             "settle_s": self.settle_s,
             "repeatability": {
@@ -136,7 +136,7 @@ class ServoMetrics:
         }
 
     def figures(self) -> dict[str, str]:
-        """Return the figures in words by their names, in millimetres, degrees and milliseconds."""
+        """Return the figures as text by name, in millimetres, degrees and milliseconds."""
         times = "once" if len(self.holds) == 1 else f"{len(self.holds)} times"
         tracked = _in_words(100.0 * self.tracked_share, "%")
         return {
@@ -162,13 +162,13 @@ class ServoMetrics:
 
     @staticmethod
     def _both(metres: float, radians: float) -> str:
-        """Say an error in position and in turn."""
+        """Describe an error of position and rotation."""
         place, turn = _in_words(1e3 * metres, "mm"), _in_words(float(np.degrees(radians)), "deg")
         return place if np.isnan([metres, radians]).all() else f"{place}, {turn}"
 
 
 def holds(log: ServoLog) -> list[Hold]:
-    """List when the hand was held; a hold lasts until the control period that ends it begins."""
+    """List the holds of the hand; a hold lasts until the control period that ends it begins."""
     if not len(log):
         return []
     times = log.times
@@ -198,17 +198,17 @@ def _in_words(value: float, unit: str) -> str:
 
 
 def _rms(values: Floats) -> float:
-    """Return the root of the mean square of what is known of values (N,)."""
+    """Return the root mean square of the finite values of (N,)."""
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(np.square(known)))) if len(known) else np.nan
 
 
 def _fastest(log: ServoLog) -> float:
-    """Return the greatest speed of the hand from tick to tick."""
+    """Return the greatest speed of the hand between control periods."""
     places = np.array([row.world_from_hand.translation for row in log.rows])
     if len(places) < 2:
         return np.nan
     seconds = np.diff(log.times)
-    later = seconds > 0.0  # a clock that stands still says nothing of speed
+    later = seconds > 0.0  # without elapsed time there is no speed
     steps = exact.lengths(np.diff(places, axis=0))
     return float((steps[later] / seconds[later]).max()) if later.any() else np.nan

@@ -16,16 +16,16 @@ from servoid.servo.settings import LookSettings
 from servoid.servo.surface import Surface
 from servoid.source.source import Instant, Source
 
-_ACROSS, _UP, _DISTANCES = 9, 7, 4  # places that are tried
-_LOWEST, _HIGHEST = -0.6, 1.2  # rad: from where the hand may look, above the horizon
+_ACROSS, _UP, _DISTANCES = 9, 7, 4  # numbers of candidate viewpoints
+_LOWEST, _HIGHEST = -0.6, 1.2  # rad: elevations of viewpoints above the horizon
 
 
 @dataclass(frozen=True, eq=False)
 class Viewpoint:
-    """A place from which the object is looked at.
+    """A viewpoint of the object.
 
-    `world_from_hand` is the hand's pose there, `positions` (N,) the joints that hold it, and `gain`
-    the share of the object's surface that was not seen before and is seen from there.
+    `world_from_hand` is the hand's pose, `positions` (N,) the joint positions, and `gain` the share
+    of the object's surface that is newly visible.
     """
 
     world_from_hand: Pose
@@ -37,8 +37,8 @@ class Viewpoint:
 class VisitStep:
     """One control period of a visit.
 
-    `instant` is the observation from the place, in the last step. `late` says that the hand has not
-    arrived in the time that it has, and looks from where it is.
+    `instant` is the observation from the viewpoint, in the last step. `late` is true if the hand
+    did not arrive in time, and the observation is taken from where it is.
     """
 
     command: Command
@@ -53,9 +53,9 @@ def next_viewpoint(
     settings: LookSettings,
     positions: Floats,
 ) -> Viewpoint | None:
-    """Return from where the most is seen that no look has shown yet; None if little is left.
+    """Return the viewpoint that shows most of the unseen surface; None if little is left.
 
-    Only places that the arm reaches from its `positions` (N,) are considered.
+    Only viewpoints that the arm can reach from its `positions` (N,) are considered.
     """
     place = np.array(body.world_from_object.translation)
     first = np.mean([pose.translation for pose in looks[0].world_from_camera], axis=0)
@@ -66,7 +66,7 @@ def next_viewpoint(
             seen |= surface.seen_from(np.array(pose.translation))
     best: Viewpoint | None = None
     for way in _cap(first - place, settings.widest_deg):
-        # Nearly the same is seen from any distance, so the first that is reached will do.
+        # The visible surface hardly depends on the distance: take the first reachable one.
         gain = float((surface.seen_from(place + settings.nearest * way) & ~seen).mean())
         if gain < settings.least_gain or (best is not None and gain <= best.gain):
             continue
@@ -86,10 +86,10 @@ def visit(
     goal: tuple[Pose, Floats],
     settings: LookSettings,
 ) -> Iterator[VisitStep]:
-    """Bring the hand to a pose in the world, the eyes on a point (3,), and wait for an image there.
+    """Move the hand to a pose in the world, the cameras on a point (3,), and wait for an image.
 
     Each step is one control period; the last one has the observation, None if it took too long.
-    The hand is still moving a little at its end: `halt` brings it to rest.
+    The hand may still move slowly at the end: `halt` brings it to rest.
 
     Raises:
         ServoError: the arm's own driver has stopped it.
@@ -101,10 +101,10 @@ def visit(
         state = arm.state()
         if state.stopped:
             raise ServoError(
-                "the arm's own driver has stopped it on its way to the next look, as when it hits "
-                "something; see what is in its way, bring it free, and reset it"
+                "the arm's own driver has stopped it before it reached the next viewpoint, as "
+                "after a collision; remove the obstacle, and reset the arm"
             )
-        # On the way no image is asked for: a simulation need not draw them.
+        # On the way no images are requested, so a simulation does not render them.
         instant = None if arrived_s is None else source.newest()
         off = change_between(arm.world_from_hand(state.positions), world_from_goal)
         jacobian = np.asarray(arm.jacobian(state.positions), np.float64)
@@ -123,7 +123,7 @@ def visit(
 
 
 def _cap(toward: Floats, widest_deg: float) -> Iterator[Floats]:
-    """Give unit ways from an object that are near the one from which it was first seen."""
+    """Yield unit directions from an object near the one from which it was first seen."""
     length = exact.norm(toward)
     azimuth, rise = exact.arctan2(toward[1], toward[0]), exact.arcsin(toward[2] / length)
     widest = np.radians(widest_deg)

@@ -1,4 +1,4 @@
-"""What the loop receives of the target: observations that were tracked, in turn or in a thread."""
+"""Delivers tracked observations to the loop, tracked in the same thread or in another one."""
 
 import time
 from collections import deque
@@ -11,18 +11,17 @@ from servoid.errors import ServoError
 from servoid.source.source import Instant, Source
 from servoid.track import Estimate, Follower, depths_for
 
-_POLL_S = 0.002  # between questions for a new observation
-_KEPT = 16  # observations that were tracked and not yet asked for; each holds its images
-_CLOSING_S = 2.0  # in which a tracker must return from its last observation
+_POLL_S = 0.002  # between polls for a new observation
+_KEPT = 16  # tracked observations that wait to be fetched; each holds its images
+_CLOSING_S = 2.0  # within which the tracker must finish its last observation
 
 
 @dataclass(frozen=True, eq=False)
 class TrackedInstant:
-    """An observation and what the tracker made of it, None if no camera delivered an image.
+    """An observation and the tracker's estimate, None if no camera delivered an image.
 
-    `track_s` is the time, on the wall, that the tracker took. `dropped` counts the observations
-    before this one and after the last that was told that arrived and were never tracked, or were
-    tracked and not asked for in time.
+    `track_s` is the wall-clock time of the tracker. `dropped` counts the observations since the
+    last delivered one that were never tracked, or were tracked and not fetched in time.
     """
 
     instant: Instant
@@ -32,7 +31,7 @@ class TrackedInstant:
 
 
 class Perception(Protocol):
-    """Tells what was tracked."""
+    """A source of tracked observations."""
 
     def tracked(self) -> tuple[TrackedInstant, ...]:
         """Return what was tracked since it was last asked, in order, each once.
@@ -45,9 +44,9 @@ class Perception(Protocol):
 
 
 class TrackingInTurn:
-    """Tracks the newest observation whenever it is asked, and lets the caller wait for it.
+    """Tracks the newest observation at each call; the caller waits for it.
 
-    The same observations give the same estimates, so that a simulated run can be repeated.
+    The same observations give the same estimates, so that a simulated run is repeatable.
     """
 
     def __init__(self, source: Source, tracker: Follower) -> None:
@@ -56,7 +55,7 @@ class TrackingInTurn:
         self._index: int | None = None
 
     def tracked(self) -> tuple[TrackedInstant, ...]:
-        """Return the newest observation, tracked; nothing if none has arrived.
+        """Return the newest observation, tracked; empty if none has arrived.
 
         Raises:
             TrackError: the observation does not fit the tracker.
@@ -74,16 +73,15 @@ class TrackingInTurn:
 
 
 class TrackingThread:
-    """Tracks in a thread of its own, which asks the source for its newest observation; a context.
+    """Tracks the source's newest observation in a thread of its own; a context manager.
 
-    Whoever asks for what was tracked never waits for the tracker. While one observation is being
-    tracked those that arrive are dropped but for the newest, and of estimates that are not asked
-    for the oldest are dropped; both are counted. The source and the tracker belong to the thread
-    until `close`.
+    `tracked` never waits for the tracker. Of the observations that arrive while one is tracked only
+    the newest is kept, and of estimates that are not fetched the oldest are dropped; both are
+    counted. The source and the tracker belong to the thread until `close`.
     """
 
     def __init__(self, source: Source, tracker: Follower) -> None:
-        """Begin with a tracker that has started."""
+        """Start the thread, with a tracker that has started."""
         self._inner = TrackingInTurn(source, tracker)
         self._found: deque[TrackedInstant] = deque()
         self._error: Exception | None = None
@@ -103,7 +101,7 @@ class TrackingThread:
         self.close()
 
     def close(self) -> None:
-        """End the thread; a tracker that hangs is not waited for."""
+        """End the thread, without waiting for a tracker that hangs."""
         self._over.set()
         self._thread.join(_CLOSING_S)
 
@@ -134,7 +132,7 @@ class TrackingThread:
                     self._over.wait(_POLL_S)
                 for one in found:
                     self._keep(one)
-        except Exception as error:  # whatever it is, it must end the loop, not this thread alone
+        except Exception as error:  # it must end the loop, not only this thread
             self._error = error
 
     def _keep(self, one: TrackedInstant) -> None:
@@ -147,7 +145,7 @@ class TrackingThread:
 
 
 def _estimate(tracker: Follower, instant: Instant) -> Estimate | None:
-    """Return where the target was, None if no camera delivered an image."""
+    """Return the estimate, None if no camera delivered an image."""
     if instant.is_dark:
         return None
     seen = (instant.time_s, instant.world_from_camera, instant.images)

@@ -1,4 +1,4 @@
-"""The surface of a body, and what of it an eye sees."""
+"""Samples the surface of a body, and computes which of it a camera sees."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ from servoid._native import Body
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 
-_FACING = 0.35  # least cosine between a surface's normal and the way to an eye that sees it well
-_PLACES = 400  # that stand for all of a surface
-_LEAST_WAYS = 30  # from an ellipsoid's centre to its surface
-_AWAY = 0.02  # radii from a place at which a line of sight has left its own surface
+_FACING = 0.35  # minimum cosine between normal and direction to a camera for a good view
+_PLACES = 400  # samples of the whole surface
+_LEAST_WAYS = 30  # minimum number of sampled directions per ellipsoid
+_AWAY = 0.02  # radii from a sample within which its own surface does not occlude it
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +24,12 @@ class _Solid:
     axes: Floats
 
     def within(self, points: Floats) -> Floats:
-        """Return points (N, 3) in the frame in which the ellipsoid is a ball of radius 1."""
+        """Return points (N, 3) in the frame in which the ellipsoid is the unit ball."""
         return exact.product(points - self.center, self.axes) / self.radii
 
 
 class Surface:
-    """Places on a body's surface, each of which stands for about the same area."""
+    """Samples of a body's surface, each of which represents about the same area."""
 
     def __init__(self, body: Body) -> None:
         self._solids = _solids(body)
@@ -54,7 +54,7 @@ class Surface:
         return len(self.places)
 
     def seen_from(self, eye: Floats) -> NDArray[np.bool_]:
-        """Return which places an eye at a point (3,) of the world sees well, (N,) bool."""
+        """Return which samples a camera at a point (3,) of the world sees well, (N,) bool."""
         ways = eye - self.places
         ways /= exact.lengths(ways)[:, None]
         seen = (ways * self.normals).sum(axis=1) > _FACING
@@ -70,7 +70,7 @@ class Surface:
 
 
 def body_places(body: Body) -> Floats:
-    """Return places (N, 3) on a body's surface, in its own frame, that stand for equal areas."""
+    """Return samples (N, 3) of a body's surface, in its own frame, of equal areas."""
     return body.world_from_object.inverse().transform(Surface(body).places)
 
 
@@ -83,7 +83,7 @@ def _solids(body: Body) -> list[_Solid]:
 
 
 def _even_ways(count: int) -> Floats:
-    """Return unit vectors (N, 3) all around, on a spiral."""
+    """Return unit vectors (N, 3), evenly distributed on a spiral."""
     height = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
     around = np.pi * (1.0 + np.sqrt(5.0)) * np.arange(count)
     flat = np.sqrt(1.0 - height * height)

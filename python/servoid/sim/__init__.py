@@ -1,4 +1,4 @@
-"""Captures of an object that servoid makes itself, to try everything on."""
+"""Rendered captures of objects, to try servoid without data of one's own."""
 
 from servoid.sim.samples.motion import WHOLE_TURN
 from servoid.sim.samples.moving import write_moving_sample

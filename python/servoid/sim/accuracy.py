@@ -1,4 +1,4 @@
-"""Says how far a tracked motion is from the true one."""
+"""Measures the error of a tracked motion."""
 
 from collections.abc import Sequence
 
@@ -11,8 +11,8 @@ from servoid.sim.samples.drawing.convex import Floats
 def median_add_m(found: Sequence[Pose], true: Sequence[Pose], points: Floats) -> float:
     """Return the median of ADD from the second observation on, in metres.
 
-    ADD is the mean distance of the object's points (N, 3) between the pose that was found and the
-    true one. Both are poses of the object in the same frame; how its own frames lie in each other
+    ADD is the mean distance of the object's points (N, 3) between the estimated pose and the
+    true one. Both are poses of the object in the same frame; the relation of its own two frames
     is taken from the first observation.
     """
     body_from_object = found[0].inverse() @ true[0]

@@ -1,4 +1,4 @@
-"""Reads what an arm is made of, as `arms/pa10.toml` says it."""
+"""Reads the description of an arm, such as `arms/pa10.toml`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -24,7 +24,7 @@ class Chain(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class JointLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the joints of the arm may do, what they weigh, and how slowly their servos answer."""
+    """The limits of the arm's joints, their masses, and the lag of their servos."""
 
     names: tuple[str, ...]
     lower_deg: Numbers
@@ -37,14 +37,14 @@ class JointLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class Hand(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the hand frame sits on the flange, (w, x, y, z, tx, ty, tz), and the hand's mass."""
+    """The hand frame on the flange, (w, x, y, z, tx, ty, tz), and the hand's mass."""
 
     flange_from_hand: PoseNumbers
     mass: float
 
 
 class EyeLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the tilt and the two pans may do."""
+    """The limits of the tilt and the two pans."""
 
     names: tuple[str, ...]
     half_baseline: float
@@ -57,13 +57,13 @@ class EyeLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class Start(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the hand starts."""
+    """The start pose of the hand."""
 
     world_from_hand: PoseNumbers
 
 
 class ArmFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A chain of joints with a head of two turning eyes."""
+    """A chain of joints with a head of two moving cameras."""
 
     chain: Chain
     joints: JointLimits
@@ -78,7 +78,7 @@ class ArmFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 def read_arm(name: str = "pa10", links: str | None = None) -> ArmFile:
-    """Read a shipped arm; `links` chooses another set of lengths than the file does.
+    """Read a shipped arm; `links` selects another set of lengths than the file's default.
 
     Raises:
         SimError: there is no such arm, or no such set of lengths.

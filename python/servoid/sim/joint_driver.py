@@ -1,4 +1,4 @@
-"""Joints without physics behind a socket, in a process of their own: what a real driver does."""
+"""Simulates an arm's driver, without physics, behind a socket in a process of its own."""
 
 import time
 from collections.abc import Sequence
@@ -15,10 +15,10 @@ PERIOD_S = 0.002
 
 
 class PacedJoints:
-    """Moves the joints of a simulated arm no faster than time passes on the wall.
+    """Moves the joints of a simulated arm in real time.
 
-    A period that takes longer on the wall is not made up for: the joints' own clock falls behind,
-    and nothing has moved meanwhile.
+    A period that takes longer is not caught up: the joints' own clock falls behind, and nothing
+    moves meanwhile.
     """
 
     def __init__(self, arm: SerialArm) -> None:
@@ -32,15 +32,15 @@ class PacedJoints:
 
     @property
     def period_s(self) -> float:
-        """Return for how long a command lasts, in seconds."""
+        """Return the duration of a command in seconds."""
         return self._arm.period_s
 
     def state(self) -> JointState:
-        """Return what the joints do now, by their own clock."""
+        """Return the present state of the joints, by their own clock."""
         return self._arm.state()
 
     def command(self, velocities: Floats) -> None:
-        """Have the joints turn at (N,) rad/s, and return when a period is over."""
+        """Command the joint speeds (N,) in rad/s, and return when a period is over."""
         self._arm.command(velocities)
         now = time.monotonic()
         self._next = max(self._next + self.period_s, now)
@@ -48,7 +48,7 @@ class PacedJoints:
 
 
 class DriverLog:
-    """Writes a line for each period of a driver: its joints, what they are told, and the link."""
+    """Writes a line for each period of a driver: joints, commands, and status of the link."""
 
     def __init__(self, file: TextIO, names: Sequence[str]) -> None:
         """Write the header to a file that flushes its lines."""
@@ -70,9 +70,9 @@ class DriverLog:
 def drive_joints(
     address: Address, log: str | Path | None = None, settings: LinkSettings | None = None
 ) -> None:
-    """Drive a simulated PA-10 with eyes by what comes to an address, until it is interrupted.
+    """Drive a simulated PA-10 with two cameras by commands to an address, until interrupted.
 
-    `log` is a CSV file of every period. It is meant to be the target of a process of its own.
+    `log` is a CSV file of every period. Run it as the target of a process of its own.
 
     Raises:
         ServoError: it cannot listen at the address.

@@ -1,7 +1,7 @@
 """Tests an installation on itself: draws an object that moves, models and tracks it, and compares.
 
-No file is read or written. The same bits come out on every processor of x86_64, so the errors are
-known beforehand; on aarch64, measured under QEMU, they are a little other: IoU 0.938 for 0.952.
+No file is read or written. Results have the same bits on every x86_64 processor, so the errors are
+known in advance; on aarch64, measured under QEMU, they differ slightly: IoU 0.938 for 0.952.
 """
 
 import math
@@ -30,7 +30,15 @@ _BASELINE_M = 0.1
 _RATE_HZ = 30.0
 _SWING_S = 4.0
 _DISTANCE_M = 0.55
-_WALL_POSE = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.1)  # turned half around x, to the cameras
+_WALL_POSE = (
+    0.0,
+    1.0,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    1.1,
+)  # rotated by 180 degrees about x, towards the cameras
 _LAMP = (-0.4, -0.8, -0.6)
 _NOISE = 1.4  # standard deviation in grey levels
 _LENS = Lens(
@@ -43,12 +51,12 @@ _LENS = Lens(
 _ELLIPSOIDS = 4
 _LEAST_IOU = 0.92
 _LEAST_TRACKED = 1.0
-_LARGEST_ERROR_M = 1.5e-3  # of a body that two images show, and nothing from behind
+_LARGEST_ERROR_M = 1.5e-3  # of a body from two images, which do not show the back
 
 
 @dataclass(frozen=True)
 class SelfTest:
-    """What the test of an installation found, beside what is expected of it.
+    """The results of the test of an installation, with the expected ones.
 
     `iou` is the overlap of the body's outlines with the true mask, and `tracked` the share of the
     observations whose images confirm the pose, 0 to 1 both. `error_m` is the median distance of
@@ -73,7 +81,7 @@ class SelfTest:
 
     @property
     def is_right(self) -> bool:
-        """Say if body and poses are as precise as they must be on every machine."""
+        """Return whether body and poses are as precise as they must be on every machine."""
         return (
             self.iou >= self.least_iou
             and self.tracked >= self.least_tracked
@@ -82,12 +90,12 @@ class SelfTest:
 
     @property
     def keeps_up(self) -> bool:
-        """Say if the tracker keeps up with cameras of 30 Hz here."""
+        """Return whether the tracker keeps up with cameras of 30 Hz on this machine."""
         return self.step_s <= self.longest_step_s
 
 
 def run_self_test(observations: int = 20) -> SelfTest:
-    """Draw a printed bottle that swings before two cameras, model it, track it, and compare."""
+    """Render a printed bottle that swings before two cameras, model it, track it, and compare."""
     begun = time.perf_counter()
     capture = _draw(observations)
     drawing_s = (time.perf_counter() - begun) / (2 * observations)
@@ -111,7 +119,7 @@ def run_self_test(observations: int = 20) -> SelfTest:
 
 
 def _left_from_object(index: int) -> Pose:
-    """Return where the bottle is: it swings to and fro, and turns and nods a little."""
+    """Return the pose of the bottle: it swings to and fro, with slight rotations."""
     phase = 2.0 * math.pi * index / (_RATE_HZ * _SWING_S)
     place = [0.05 * math.sin(phase), 0.015 * math.sin(2.0 * phase), _DISTANCE_M]
     turn = [0.1 * math.sin(phase), 0.35 * math.sin(phase), 0.0]
@@ -140,7 +148,7 @@ def _draw(observations: int) -> Capture:
 
 
 def _shot(index: int, place: Pose, bottle: Sequence[Visual], eye: int) -> Shot:
-    """Return how one image is taken: a moment without blur, 2 x 2 rays a pixel."""
+    """Return the exposure of one image: without blur, 2 x 2 rays per pixel."""
     return Shot(
         lens=_LENS,
         world_from_lens=row_of(place)[None],
@@ -154,7 +162,7 @@ def _shot(index: int, place: Pose, bottle: Sequence[Visual], eye: int) -> Shot:
 
 
 def _mask(renderer: Raycaster, place: Pose, bottle: Sequence[Visual]) -> NDArray[np.uint8]:
-    """Return where the first image shows the bottle, (H, W), 255 on it."""
+    """Return the bottle's mask (H, W) in the first image, 255 on it."""
     _, numbers = renderer.depth(_LENS, row_of(place), _placed(bottle, 0))
     return np.where((numbers >= 0) & (numbers < len(bottle)), np.uint8(255), np.uint8(0))
 

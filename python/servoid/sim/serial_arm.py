@@ -1,4 +1,4 @@
-"""An arm without physics: a chain of joints whose speed servos lag, and a head with eyes."""
+"""An arm without physics: a chain of joints with lagging speed servos, and a camera head."""
 
 from collections.abc import Sequence
 
@@ -57,7 +57,7 @@ class SerialArm:
 
     @property
     def eyes(self) -> Eyes | None:
-        """Return how the eyes turn."""
+        """Return the joints of the cameras."""
         return self._eyes
 
     @property
@@ -71,11 +71,11 @@ class SerialArm:
         return self._time_s
 
     def state(self) -> JointState:
-        """Return what the joints do now."""
+        """Return the present state of the joints."""
         return JointState(self._time_s, self._positions.copy(), self._velocities.copy())
 
     def world_from_hand(self, positions: Floats) -> Pose:
-        """Return where the hand is with the joints at these positions."""
+        """Return the pose of the hand for these joint positions."""
         return Pose(self._frames(positions)[-1])
 
     def jacobian(self, positions: Floats) -> Floats:
@@ -92,7 +92,7 @@ class SerialArm:
         return result
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
-        """Return where the left and the right eye are with the joints at these positions."""
+        """Return the poses of the left and the right camera for these joint positions."""
         eyes = self._eyes
         world_from_tilted = (
             Pose(self._frames(positions)[-1])
@@ -110,10 +110,10 @@ class SerialArm:
         )
 
     def command(self, velocities: Floats) -> None:
-        """Have the joints turn at (N,) rad/s for one control period.
+        """Command the joint speeds (N,) in rad/s for one control period.
 
         Raises:
-            ServoError: there are not N velocities, or one of them is no number.
+            ServoError: there are not N velocities, or one of them is not finite.
 
         """
         joints = self._joints
@@ -132,8 +132,8 @@ class SerialArm:
         self._time_s += self._period_s
 
     def _frames(self, positions: Floats) -> Floats:
-        """Return (links + 1, 4, 4) float64: where each link's frame is, and the hand last."""
-        # Pose, Jacobian and cameras are asked for one after the other at the same positions.
+        """Return the poses (links + 1, 4, 4) float64 of the links' frames, and of the hand last."""
+        # Cached, as pose, Jacobian and cameras are requested for the same positions.
         asked = positions.tobytes()
         if self._last_frames is not None and self._last_frames[0] == asked:
             return self._last_frames[1]
@@ -148,9 +148,9 @@ class SerialArm:
         return frames
 
     def _start(self, arm: ArmFile) -> Floats:
-        """Solve for the positions that hold the hand where the file starts it, with q1 = 0."""
+        """Solve for the positions of the file's start pose of the hand, with q1 = 0."""
         wanted = _pose(arm.start.world_from_hand)
-        for bend in (1.2, -1.2):  # from a straight arm the elbow would not know where to go
+        for bend in (1.2, -1.2):  # a straight arm is singular
             positions = np.zeros(len(self._joints.names))
             positions[1], positions[3] = -bend / 2.0, bend
             found = reached(self, wanted, positions, slice(1, self._joints.hand_count))
@@ -168,7 +168,7 @@ def _lagged(
 ) -> tuple[Floats, Floats]:
     """Return travel and speed after `time_s` of d speed/dt = clip((wanted - speed) / lag)."""
     gap = wanted - speed
-    # While the gap is wide the acceleration limit rules, then the lag does.
+    # A large difference is limited by the acceleration, a small one by the lag.
     ramp = np.clip((np.abs(gap) - acceleration * lag_s) / acceleration, 0.0, time_s)
     slope = np.sign(gap) * acceleration
     after_ramp = speed + slope * ramp
@@ -180,7 +180,7 @@ def _lagged(
 
 
 def _joints(arm: ArmFile) -> Joints:
-    """Join the limits of the chain's joints and of the eyes, in radians."""
+    """Join the limits of the chain's joints and of the cameras' joints, in radians."""
     parts = (arm.joints, arm.eyes)
     names = tuple(name for part in parts for name in part.names)
     limits = {

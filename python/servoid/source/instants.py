@@ -77,9 +77,9 @@ def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | Non
         known = np.isfinite(pixels)
         unknown = 1.0 - float(known.mean())
         if unknown > _MOST_UNKNOWN:
-            return None, f"{100.0 * unknown:.0f} % of the image is no number"
+            return None, f"{100.0 * unknown:.0f} % of the image's pixels are not finite"
         if unknown:
-            notice = f"{100.0 * unknown:.2g} % of the image is no number and was taken as black"
+            notice = f"{100.0 * unknown:.2g} % of the image's pixels are not finite, so are black"
         pixels = np.where(known, pixels, 0.0)
         pixels = np.rint(np.clip(pixels * (255.0 if pixels.max() <= 1.0 else 1.0), 0.0, 255.0))
     elif pixels.dtype == np.uint16:

@@ -205,7 +205,7 @@ def _chosen(capture: Capture, observations: slice, every: int) -> list[Observati
     found = capture.observations()[observations][::every]
     if not found:
         raise TrackError(
-            f"{capture.path}: the range of observations holds none of the {len(capture)}; choose "
-            f"among 0 to {len(capture) - 1}"
+            f"{capture.path}: the range of observations selects none of the {len(capture)}; "
+            f"choose among 0 to {len(capture) - 1}"
         )
     return found

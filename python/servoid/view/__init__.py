@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from servoid.errors import MissingExtraError
 
 if find_spec("matplotlib") is None:
-    # Raised at import, so that nobody models for minutes before the error.
+    # Raised at import, before the long work whose result is to be drawn.
     raise MissingExtraError.of("pictures", "matplotlib", "view")
 
 from servoid.view.model.report import write_report

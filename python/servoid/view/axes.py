@@ -1,4 +1,4 @@
-"""Styles plots: few lines, quiet colours, and a palette for colour-blind people."""
+"""Styles plots: few lines, muted colours, and a palette for colour-blind people."""
 
 import io
 from typing import TYPE_CHECKING
@@ -31,7 +31,7 @@ def png(figure: "Figure") -> bytes:
 
 
 def dress(axes: "Axes") -> None:
-    """Give axes few lines and quiet colours."""
+    """Style axes: a horizontal grid, no frame at the top and right, muted colours."""
     axes.grid(axis="y", color="#e6e6e6", linewidth=0.8)
     axes.set_axisbelow(True)
     axes.tick_params(colors=QUIET_INK, labelcolor=INK, labelsize=10, length=3)

@@ -85,7 +85,7 @@ def mean_up(scored: list[ScoredView]) -> Vector:
         return np.array([0.0, 0.0, 1.0])
     ups = -np.array([one.view.world_from_camera.matrix()[:3, 1] for one in scored])
     mean = ups.mean(axis=0)
-    # Cameras on all sides, half of them upside down, agree on no direction.
+    # If half of the cameras are upside down, the directions cancel.
     return _unit(mean if np.linalg.norm(mean) > 0.1 else ups[0])
 
 
@@ -154,7 +154,7 @@ def _put_cameras(
     ):
         lines = seen.project(frustum(one, pose, 0.085 * reach))
         color = USED_COLOR if one.used else UNUSED_COLOR
-        # Distinguished by shape as well as colour: an unused camera has no rays.
+        # Cameras differ by shape as well as colour: an unused camera has no rays.
         for start, end in (*(_RAYS if one.used else ()), (1, 2), (2, 3), (3, 4), (4, 1)):
             ends = np.rint(16 * lines[[start, end]]).astype(np.int32)
             cv2.polylines(picture, [ends], False, color, 1, cv2.LINE_AA, 4)

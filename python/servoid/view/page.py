@@ -31,7 +31,7 @@ class Text:
 
 @dataclass
 class Page:
-    """White paper of a size in pixels, on which pictures and texts are placed."""
+    """A white page of a size in pixels, with pictures and texts on it."""
 
     width_px: int
     height_px: int

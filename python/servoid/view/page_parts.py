@@ -79,7 +79,7 @@ def picture(data: bytes, caption: str, shown: str = "") -> str:
 
 
 def wide(element: str, name: str) -> str:
-    """Keep a picture at a readable size on small screens, where it is scrolled."""
+    """Return a picture that keeps a readable size on small screens, where it scrolls."""
     label = html.escape(name)
     return f'<div class="wide" role="region" tabindex="0" aria-label="{label}">{element}</div>'
 
@@ -87,7 +87,7 @@ def wide(element: str, name: str) -> str:
 def write_report_files(directory: Path, contents: Mapping[str, bytes]) -> list[Path]:
     """Write the files of a report, by their names, into a folder; return their paths.
 
-    The folder is made if it is missing; other files in it are left alone.
+    The folder is created if it is missing; other files in it stay unchanged.
 
     Raises:
         OutputError: the folder cannot be written; then no file of the report in it changes.

@@ -27,7 +27,7 @@ class ScoredView:
 
     @property
     def use(self) -> str:
-        """Return the word for whether modelling used the view."""
+        """Return `used` if modelling used the view, otherwise `unused`."""
         return "used" if self.used else "unused"
 
 
@@ -59,7 +59,7 @@ def verdict(scored: list[ScoredView], fitness: float) -> list[str]:
     word = next(word for word, least in _VERDICTS if worst.iou >= least)
     said = [
         f"{word}: the body explains {_percent(worst.iou)} of the worst view, {worst.view.name}, "
-        f"and {_percent(mean)} on average, as the IoU of mask and silhouette."
+        f"and {_percent(mean)} on average, measured by the IoU of mask and silhouette."
     ]
     poor = sorted((one for one in scored if one.iou < _VERDICTS[0][1]), key=lambda one: one.iou)
     if poor:

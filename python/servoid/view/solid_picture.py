@@ -1,4 +1,4 @@
-"""Draws ellipsoids on light paper with the ray-caster, from far away."""
+"""Renders ellipsoids on a light ground plane with the ray-caster, from a distant viewpoint."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens, Lighting, Paint, Pose, Scene
 
-_AWAY = 30.0  # picture sides from the eye to the middle: near parts look 2 % larger at most
+_AWAY = 30.0  # picture sides from the viewpoint to the middle: near parts are at most 2 % larger
 _KEY, _SKY, _BOUNCE = 0.88, 0.56, 0.34  # strengths of the lamp, and of light from above and below
-_PAPER = 0.92  # linear level of lit paper
+_PAPER = 0.92  # linear brightness of the lit ground plane
 _PAPER_HALF = 100.0  # picture sides
 _GLOSS = 0.10
-_LAMPS = 4  # by as many: the parts of the wide lamp together smooth edges and shadows
+_LAMPS = 4  # lamp samples along each of two axes; together they smooth edges and shadows
 _LAMP_WIDTH = 0.07  # tangent of the angle from its middle to its edge
 _LEAST_RADIUS = 1e-5  # picture sides
 
@@ -46,7 +46,7 @@ class Solids:
 
 @dataclass(frozen=True, eq=False)
 class Viewpoint:
-    """An eye far away: `axes` (3, 3) has right, down and forward as rows, in the world.
+    """A distant viewpoint: `axes` (3, 3) has right, down and forward as rows, in the world.
 
     `metres_per_px` is the scale at `middle`, the point at the centre of the picture.
     """
@@ -82,14 +82,17 @@ class Viewpoint:
 
 
 def axes_toward(toward: Vector, up: Vector) -> NDArray[np.float64]:
-    """Return axes (3, 3) for an eye that looks along `toward`, `up` upwards; both unit vectors."""
+    """Return axes (3, 3) of a viewpoint that looks along `toward`, with `up` upwards.
+
+    Both are unit vectors.
+    """
     right = np.cross(toward, up)
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(toward, right), toward])
 
 
 class _Staged:
-    """Solids ready to be drawn: the middle is the origin, a picture's side the unit, z is up."""
+    """Solids in the renderer's frame: origin at the middle, z up, the picture's side as unit."""
 
     def __init__(self, solids: Solids, seen: Viewpoint, up: Vector) -> None:
         level = np.eye(3)[np.abs(up).argmin()]
@@ -109,7 +112,7 @@ class _Staged:
         self.eye = np.array(_row(eye, -_AWAY * eye[:, 2]))
 
     def put_paper(self, lowest: float, lamp: float) -> None:
-        """Put paper under the solids; `lamp` is the cosine at which the lamp shines on it."""
+        """Add a ground plane below the solids; `lamp` is the cosine of the lamp's angle to it."""
         white = min(_PAPER / (_KEY * lamp + _SKY), 1.0)
         self.scene.add_plane((_PAPER_HALF, _PAPER_HALF), Paint(color=(white, white, white)))
         self.poses.append([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, lowest])
@@ -117,7 +120,7 @@ class _Staged:
     def render(
         self, seen: Viewpoint, toward: Vector, shift_px: tuple[float, float]
     ) -> NDArray[np.uint8]:
-        """Draw by one part of the lamp, with one ray per pixel."""
+        """Render with one sample of the lamp, with one ray per pixel."""
         x, y, z = self.stage_from_world @ toward
         return self.scene.render(
             lens=seen.lens(shift_px),
@@ -141,7 +144,7 @@ def covered(solids: Solids, seen: Viewpoint) -> NDArray[np.bool_]:
 
 
 def render(solids: Solids, seen: Viewpoint, up: Vector, light: Vector) -> NDArray[np.uint8]:
-    """Return a picture (H, W, 3) RGB of the ellipsoids on light paper, its edges smoothed.
+    """Return an antialiased picture (H, W, 3) RGB of the ellipsoids on a light ground plane.
 
     `up` and `light`, towards the lamp, are unit vectors in the world.
     """
@@ -152,7 +155,7 @@ def render(solids: Solids, seen: Viewpoint, up: Vector, light: Vector) -> NDArra
     steps = (np.arange(_LAMPS) + 0.5) / _LAMPS - 0.5
     total = np.zeros((seen.size_px[1], seen.size_px[0], 3))
     for row, column in product(range(_LAMPS), repeat=2):
-        # The parts of the lamp are not in the order of the samples in a pixel.
+        # Permuted, so that the lamp's samples do not correlate with the positions in a pixel.
         aside = 2.0 * _LAMP_WIDTH * steps[[(column + row) % _LAMPS, (2 * column + row) % _LAMPS]]
         toward = light + aside @ across
         total += staged.render(seen, toward, (steps[column], steps[row]))

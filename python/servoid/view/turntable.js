@@ -1,4 +1,4 @@
-// Draws ellipsoids by casting a ray through each pixel, and lets a person turn them.
+// Renders ellipsoids by casting a ray through each pixel, in a view that the user can rotate.
 "use strict";
 (function () {
   const scene = JSON.parse(document.getElementById("scene").textContent);
@@ -16,7 +16,7 @@
       place = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
       gl_Position = vec4(place, 0.0, 1.0);
     }`;
-  // Five texels an ellipsoid: centre, the rows of what takes it to the unit ball, colour.
+  // Five texels per ellipsoid: centre, rows of the matrix that maps it to the unit ball, colour.
   const castFragment = `#version 300 es
     precision highp float;
     const int COUNT = ${scene.ellipsoids.length};
@@ -36,7 +36,7 @@
         vec3 start = ball * (eye - cell(0, i));
         vec3 along = ball * ray;
         float a = dot(along, along), b = dot(along, start);
-        // The start moved to the point of the ray nearest to the centre, where nothing cancels.
+        // Measured from the ray's point nearest to the centre, to avoid cancellation.
         vec3 foot = start - along * (b / a);
         float c = 1.0 - dot(foot, foot);
         if (c > 0.0) {
@@ -164,7 +164,7 @@
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     use(liner, lines, values);
     scene.cameras.forEach(({ points }, index) => {
-      // Seen from among the cameras, those before the body would only hide it.
+      // From a viewpoint among the cameras, those in front of the body would hide it.
       const behind = dot(combine([1, points[0]], [-1, values.eye]), ahead) > view.distance;
       if (behind || view.distance > scene.reach) {
         gl.drawArrays(gl.LINES, 16 * index, 16);

@@ -1,4 +1,4 @@
-"""Builds the scene of the page's turntable: ellipsoids about the origin, and cameras."""
+"""Builds the scene of a page's interactive view: ellipsoids about the origin, and cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

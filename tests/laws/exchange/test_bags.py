@@ -237,7 +237,7 @@ def test_a_bag_with_wrong_bytes_is_refused_in_words_or_read(
                 image("/image_raw", stamp(0), "a", pixels(0)),
                 info("/camera_info", stamp(0), "a", (80, 60), K),
             ],
-            "is of images of 80x60 pixels, but those that were recorded have 40x30",
+            "describes images of 80x60 pixels, but the recorded ones have 40x30",
         ),
         (
             [
@@ -310,7 +310,7 @@ def test_a_bag_whose_own_types_have_other_fields_is_refused_in_words(
         if said not in whole:
             continue
         path.write_bytes(whole.replace(said, instead.ljust(len(said))[: len(said)]))
-        with pytest.raises(ServoidError, match="is cut short, damaged or no bag"):
+        with pytest.raises(ServoidError, match="is cut short, damaged or not a bag"):
             _read_all(open_bag(path))
         return
     pytest.fail(f"no bag says '{said.decode()}'")

@@ -360,7 +360,7 @@ def test_a_live_source_is_told_to_be_kept_first(servoid_command: Command) -> Non
         (("--image", 99), 2, "has no image 99 of camera 'eye', which has 8 images, 0 to 7"),
         (("--camera", "nose"), 2, "has no camera 'nose'; its cameras are eye"),
         (("--mask", "mask.jpg"), 2, "the file of a mask ends in .png"),
-        (("--timeout", 0), 2, "is no duration"),
+        (("--timeout", 0), 2, "is not a duration"),
         (("--port", 70000), 2, "65535"),
     ],
 )

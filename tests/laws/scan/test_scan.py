@@ -131,10 +131,10 @@ def test_a_film_is_scanned_by_its_key_images(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("turning", "the camera only turns"),
-        ("standing", "the camera stands still"),
-        ("turntable", "the camera stands still, and an object moves"),
-        ("blank", "too little to see"),
+        ("turning", "the camera only rotates"),
+        ("standing", "the camera does not move"),
+        ("turntable", "the camera does not move, and an object moves"),
+        ("blank", "the images have too few features"),
         ("two scenes", "2 scenes that have nothing in common"),
         ("two images", "has 2 images, too few"),
     ],

@@ -131,10 +131,10 @@ def test_a_second_eye_gives_metres_and_a_wrong_focal_length_is_told(
     true = np.array([Pose(pose).translation for pose in walk])
     off_m, scale = off_after_similarity(made.solution.places, true)
     assert off_m < 0.001
-    assert made.scale is not None and made.scale.words.startswith("by the two eyes of a pair")
+    assert made.scale is not None and made.scale.words.startswith("by a stereo pair")
     assert abs(scale - 1.0) < 0.005
     assert made.scale.deviation < 0.01
     wrong = [note for note in made.doubts if "images fit a focal length" in note]
     assert bool(wrong) is (told_px != FOCAL_PX)
     if wrong:
-        assert "better than the 324 px that were told" in wrong[0]
+        assert "better than the given 324 px" in wrong[0]

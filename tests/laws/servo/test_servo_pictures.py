@@ -297,7 +297,7 @@ def test_a_log_that_says_nothing_can_be_drawn(tmp_path: Path) -> None:
     page = write_servo_report(tmp_path, ServoLog(("a", "b")), {}, ServoPictures())
     text = page.read_text(encoding="utf-8")
     assert "Nothing: the hand was never held" in text
-    assert "How well the hand followed is not known" in text
+    assert "The error of the hand is unknown" in text
 
 
 def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Shown) -> None:

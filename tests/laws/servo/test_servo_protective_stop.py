@@ -78,7 +78,7 @@ def test_an_arm_that_is_stopped_on_its_way_to_a_look_ends_the_tour() -> None:
     goal = Pose.from_parts(np.add(here.translation, (0.0, 0.2, 0.0)).tolist(), here.quaternion)
     place = (here @ GOAL_FROM_OBJECT).translation
     going = visit(arm, Nothing(), Controller(arm), (goal, np.array(place)), LookSettings())  # type: ignore
-    with pytest.raises(ServoError, match="and reset it"):
+    with pytest.raises(ServoError, match="and reset the arm"):
         list(islice(going, 1000))
     assert arm.time_s < 0.6
 

@@ -262,7 +262,9 @@ def shapes(path: str) -> list[Visual]:
 
 def test_a_mesh_that_is_missing_is_named(tmp_path: Path) -> None:
     path = in_a_package(tmp_path, "package://two_support/meshes/none.stl")
-    with pytest.raises(SimError, match=r"two.urdf: the mesh package://two_.*none.stl is not there"):
+    with pytest.raises(
+        SimError, match=r"two.urdf: the mesh package://two_.*none.stl was not found"
+    ):
         make_world(name=path, mount="wrist")
 
 

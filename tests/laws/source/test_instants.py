@@ -23,8 +23,11 @@ def test_unknown_pixels_are_black_and_too_many_make_no_image() -> None:
     pixels[1, 0] = np.inf
     image, notice = tidy_image(pixels)
     assert image is not None and image[0, 0].tolist() == [0, 0, 0] and image[5, 5, 0] == 128
-    assert notice == "2 % of the image is no number and was taken as black"
-    assert tidy_image(np.full((4, 4), np.nan)) == (None, "100 % of the image is no number")
+    assert notice == "2 % of the image's pixels are not finite, so are black"
+    assert tidy_image(np.full((4, 4), np.nan)) == (
+        None,
+        "100 % of the image's pixels are not finite",
+    )
 
 
 @pytest.mark.parametrize(

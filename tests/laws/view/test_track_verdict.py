@@ -28,5 +28,5 @@ def test_the_page_says_first_whether_the_track_is_good_and_then_what_is_not(
     first, *more = TrackFigures(result, history_of(20)).verdict()
     assert first.startswith(says)
     often = "once" if lost == 1 else f"{lost} times"
-    why = f"The most frequent notice where it was not, {often}: dark by 0."
+    why = f"The most frequent notice while it was not, {often}: dark by 0."
     assert more == [why][:lost]

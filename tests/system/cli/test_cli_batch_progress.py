@@ -14,7 +14,7 @@ def test_an_interrupted_batch_exits_and_says_what_is_kept(
     assert stopped.value.exit_code == INTERRUPTED
     said = capsys.readouterr().err
     assert said == (
-        "interrupted: 3 of 7 trials are done and kept; the same command goes on from there\n"
+        "interrupted: 3 of 7 trials are done and kept; rerun the same command to resume\n"
     )
 
 

@@ -208,8 +208,11 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "no body file": (("--body", "none.json"), r"none\.json"),
     "a body that is none": (("--body", "video/poses.csv"), r"poses\.csv is not valid JSON"),
     "a mesh for a body": (("--body", "cup.obj"), r"cup\.obj is a mesh, .* --out cup\.json"),
-    "a pose of six": ((*BARE, "--start", "1,2,3,1,0,0"), r"'1,2,3,1,0,0' is no pose; write X,Y,Z"),
-    "a pose of words": ((*BARE, "--start", "here"), r"'here' is no pose; write X,Y,Z"),
+    "a pose of six": (
+        (*BARE, "--start", "1,2,3,1,0,0"),
+        r"'1,2,3,1,0,0' is not a pose; write X,Y,Z",
+    ),
+    "a pose of words": ((*BARE, "--start", "here"), r"'here' is not a pose; write X,Y,Z"),
     "no rotation": ((*BARE, "--start", "1,2,3,0,0,0,0"), r"'1,2,3,0,0,0,0': .*quaternion"),
     "its own start without a body": (("--start", "body"), r"--start body .* no --body was given"),
     "a start without a body": (("--start", "1,2,3,1,0,0,0"), "no body was given"),
@@ -233,7 +236,7 @@ REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "a video of another kind": ((*BARE, "--video", "a.gif"), r"a\.gif: a video ends in \.mp4"),
     "a body to another kind": ((*BARE, "--save-body", "a.toml"), r"a body ends in \.json"),
     "no pose and no mask": ((*BARE, "--observations", "1:"), "nothing says where 'cup' is in obs"),
-    "no observations": ((*BARE, "--observations", "9:"), "holds none of the 5"),
+    "no observations": ((*BARE, "--observations", "9:"), "selects none of the 5"),
     "no mask and no target": (("--observations", "1:"), "nothing marks the object"),
 }
 

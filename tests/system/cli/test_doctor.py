@@ -1,4 +1,4 @@
-"""`servoid doctor`, its test of itself, and the back end that an environment variable forces."""
+"""`servoid doctor`, its test of itself, and the backend that an environment variable forces."""
 
 import json
 import os
@@ -55,8 +55,8 @@ def test_it_says_what_servoid_runs_on_in_eighty_columns(servoid_command: Command
     assert said["servoid"] == _native.__version__
     assert said["python"].startswith(platform.python_version())
     assert str(os.cpu_count()) in said["cores"]
-    assert said["back end"].startswith(_native.backend())
-    assert all(name in said["back end"] for name in _native.backends())
+    assert said["backend"].startswith(_native.backend())
+    assert all(name in said["backend"] for name in _native.backends())
     assert {"numpy", "typer", "rich"} <= set(said["needed"].split())
     assert "missing" not in said["needed"]
     assert {"[sim]", "[servo]", "[view]", "[batch]", "[cluster]"} <= set(said)
@@ -202,12 +202,12 @@ def test_cameras_are_listed_by_number_with_the_names_that_last(tmp_path: Path) -
 def test_each_back_end_of_this_machine_can_be_forced(name: str) -> None:
     ran = backend_asked(name)
     assert (ran.returncode, ran.stderr) == (0, "")
-    assert rows(ran.stdout)["back end"].startswith(f"{name} (")
+    assert rows(ran.stdout)["backend"].startswith(f"{name} (")
 
 
 def test_a_back_end_that_is_not_there_is_refused_in_one_line() -> None:
     ran = backend_asked("nonsense")
     assert (ran.returncode, ran.stdout) == (1, "")
     assert ran.stderr.count("\n") == 1
-    assert ran.stderr.startswith("error: SERVOID_BACKEND: no back end 'nonsense'")
+    assert ran.stderr.startswith("error: SERVOID_BACKEND: no backend 'nonsense'")
     assert all(name in ran.stderr for name in _native.backends())

@@ -79,7 +79,7 @@ def shelf(pytestconfig: pytest.Config) -> Path | None:
 @pytest.mark.parametrize("name", replays.DRAWN)
 def test_a_run_has_the_bits_that_it_always_had(name: str, drawn: Drawn) -> None:
     wanted = comparable(name)
-    agree(name, replays.replayed(name, drawn), wanted, f"the back end {_native.backend()}")
+    agree(name, replays.replayed(name, drawn), wanted, f"the backend {_native.backend()}")
 
 
 @pytest.mark.parametrize("backend", OTHERS)
@@ -87,7 +87,7 @@ def test_a_run_has_the_same_bits_with_every_back_end(backend: str, shelf: Path |
     wanted = {name: comparable(name) for name in replays.DRAWN if name != "world/servo"}
     found = asked(list(wanted), shelf, SERVOID_BACKEND=backend)
     for name, hash_ in wanted.items():
-        agree(name, found[name], hash_, f"the back end {backend}")
+        agree(name, found[name], hash_, f"the backend {backend}")
 
 
 @pytest.mark.extended
@@ -114,5 +114,5 @@ def test_the_table_holds_every_replay_and_what_it_was_measured_with() -> None:
 
 
 def test_other_bits_are_told_with_the_place_and_the_cure() -> None:
-    with pytest.raises(AssertionError, match=r"drawn/model .* back end portable: 1, .* 2; .*write"):
-        agree("drawn/model", "1", "2", "the back end portable")
+    with pytest.raises(AssertionError, match=r"drawn/model .* backend portable: 1, .* 2; .*write"):
+        agree("drawn/model", "1", "2", "the backend portable")

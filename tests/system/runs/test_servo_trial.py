@@ -23,7 +23,7 @@ def test_places_that_the_hand_did_not_reach_in_time_are_told(tmp_path: Path) -> 
     values = BACK | {"servo.look.patience_s": 0.2, "run.max_ellipsoids": 1}
     trial = run_servo_trial(changed(TrialSettings(), values, "test"), tmp_path)
     (note,) = [one for one in trial.exploration.all_notes if "not reached" in one]
-    assert note.startswith("3 of 3 places, the start among them, were not reached within 0.2 s")
+    assert note.startswith("3 of 3 viewpoints, including the start, were not reached within 0.2 s")
 
 
 @pytest.mark.parametrize("law", ["qp", "paper"])

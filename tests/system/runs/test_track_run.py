@@ -76,7 +76,7 @@ def test_every_and_the_slice_choose_observations(video: Path) -> None:
     request = Request(observations=slice(1, 6), every=2)
     [result] = track_capture(open_capture(video), [known()], request)
     assert [one.index for one in result.tracked] == [1, 3, 5]
-    with pytest.raises(TrackError, match="holds none of the 6; choose among 0 to 5"):
+    with pytest.raises(TrackError, match="selects none of the 6; choose among 0 to 5"):
         track_capture(open_capture(video), [known()], Request(observations=slice(6, 9)))
 
 

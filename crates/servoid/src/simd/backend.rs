@@ -22,7 +22,7 @@ enum Kind {
 
 /// The requested backend does not exist on this machine.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("no back end '{given}': this machine has {available}")]
+#[error("no backend '{given}': this machine has {available}")]
 pub struct BackendError {
     given: String,
     available: String,

@@ -49,7 +49,7 @@ fn region(
         .map(|backend| Region::with_backend(vec![view()], backend).score(body))
         .collect();
     if found.iter().any(|score| score.to_bits() != found[0].to_bits()) {
-        return Err(format!("back ends score {found:?} of {body:?}"));
+        return Err(format!("backends score {found:?} of {body:?}"));
     }
     if !found[0].is_finite() {
         return Err(format!("the score is {} of {body:?}", found[0]));

@@ -59,7 +59,7 @@ def _machine_rows(machine: Machine) -> Iterator[Row]:
     yield "cores", _cores(machine)
     others = ", ".join(machine.back_ends)
     yield (
-        "back end",
+        "backend",
         f"{machine.back_end} (this machine has {others}; SERVOID_BACKEND forces one, and all give "
         "the same numbers)",
     )

@@ -76,7 +76,7 @@ def model(
         typer.Option(
             metavar="D",
             help="Stop when one more ellipsoid raises the fitness F by less than this; with 0, "
-            f"go on to the most ellipsoids (default {_defaults.delta:g}).",
+            f"continue to the most ellipsoids (default {_defaults.delta:g}).",
         ),
     ] = None,
     method: Annotated[

@@ -11,7 +11,7 @@ _WAIT_S = 600.0
 
 def _check_timeout(timeout_s: float) -> float:
     if not 0.0 < timeout_s < float("inf"):
-        raise typer.BadParameter(f"{timeout_s} is no duration; give seconds above 0")
+        raise typer.BadParameter(f"{timeout_s} is not a duration; give seconds above 0")
     return timeout_s
 
 
@@ -43,8 +43,8 @@ def pick(
         bool,
         typer.Option(
             "--browser/--no-browser",
-            help="Open the page in the browser, where there is a desktop; its address is always "
-            "said.",
+            help="Open the page in the browser, if there is a desktop; its address is always "
+            "printed.",
         ),
     ] = True,
     port: Annotated[
@@ -71,7 +71,7 @@ def pick(
 
     [bold]servoid model photos --out body.json $(servoid pick photos --image 3)[/bold]
 
-    The page is served to this machine alone, at an address that nobody can guess.
+    The page is served to this machine alone, at an address with a secret.
     """
     from servoid.cli.pick.picking import Order, run_pick
 

@@ -25,7 +25,7 @@ def servo(
         bool,
         typer.Option(
             "--video/--no-video",
-            help="Write a video of the eyes' images and of the scene.",
+            help="Write a video of the cameras' images and of the scene.",
             rich_help_panel=_OUTPUT,
         ),
     ] = True,

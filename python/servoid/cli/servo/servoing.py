@@ -108,7 +108,7 @@ class _Run:
             )
 
     def watch(self, step: TrialStep) -> None:
-        """Take in a step."""
+        """Process a step."""
         self.trial = step.trial or self.trial
         self._update(step.share, f"{step.stage} {step.time_s:6.2f} s")
         if self._recording is not None:

@@ -36,7 +36,7 @@ class Converted:
 def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = True) -> Converted:
     """Write a capture as MCAP or into a folder.
 
-    JPEG files are copied unchanged. Unless it `is_calibrated`, a folder holds no calibration.
+    JPEG files are copied unchanged. Unless it `is_calibrated`, a folder contains no calibration.
 
     Raises:
         OutputError: it cannot be written.

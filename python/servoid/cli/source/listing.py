@@ -46,7 +46,7 @@ def _live() -> Iterator[Row]:
     yield "genicam:NAME", _found("genicam", "list_genicam")
     yield (
         "sim:OBJECT[:PATH]",
-        (f"a simulated object before two eyes, such as sim:bottle; {_has('mujoco', 'sim')}"),
+        (f"a simulated object before two cameras, such as sim:bottle; {_has('mujoco', 'sim')}"),
     )
     yield "RIG.toml", "several of these, with their calibration"
 

@@ -58,7 +58,7 @@ def parse_pose(text: str) -> Pose:
     """Turn `X,Y,Z,QW,QX,QY,QZ` into a pose.
 
     Raises:
-        PoseError: it is not seven numbers, or no rigid motion.
+        PoseError: it is not seven numbers, or not a rigid motion.
 
     """
     try:
@@ -67,8 +67,8 @@ def parse_pose(text: str) -> Pose:
         numbers = []
     if len(numbers) != 7:
         raise PoseError(
-            f"'{text}' is no pose; write X,Y,Z,QW,QX,QY,QZ: metres and a unit quaternion, such as "
-            "0.1,0,0.6,1,0,0,0, or the word body for the pose in the body's file"
+            f"'{text}' is not a pose; write X,Y,Z,QW,QX,QY,QZ: metres and a unit quaternion, such "
+            "as 0.1,0,0.6,1,0,0,0, or the word body for the pose in the body's file"
         )
     with located(f"'{text}'"):
         return Pose.from_parts(numbers[:3], numbers[3:])
@@ -82,7 +82,7 @@ def _split(text: str) -> tuple[str | None, str]:
 def _read_bodies(texts: Sequence[str]) -> dict[str, BodyFile]:
     files: dict[str, BodyFile] = {}
     for text in texts:
-        # A file whose own name looks like a tag is a file.
+        # An existing file whose name contains = is a file.
         name, place = (None, text) if Path(text).is_file() else _split(text)
         name = name or Path(place).stem
         if name in files:

@@ -146,7 +146,7 @@ def place_of(path: Path, name: str, count: int) -> Path:
 
 
 def _check_options(order: Order) -> None:
-    """Check the settings and the names of the outputs, before any folder is looked at.
+    """Check the settings and the names of the outputs, before any folder is accessed.
 
     Raises:
         OptionError: a setting is out of range, a name has an unknown ending, or two names are the

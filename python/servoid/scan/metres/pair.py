@@ -71,7 +71,7 @@ def scale_of_partner(
             f"{100.0 * deviation:.0f} % only: the scene is too far for their distance of "
             f"{partner.metres:g} m; give --length or --board"
         )
-    words = f"by the two eyes of a pair in {len(names)} images"
+    words = f"by a stereo pair in {len(names)} images"
     return Scale(partner.metres / apart, deviation, words)
 
 

@@ -1,1 +1,1 @@
-"""Where the target is believed to be: filters, jumps, open turns, and the watchdog over them."""
+"""The target's estimated state: filters, jumps, unobservable rotations, and monitors."""

@@ -1,4 +1,4 @@
-"""Jumps of a target: estimates that the object cannot have reached, and when they are believed."""
+"""Gates estimates that the object cannot have reached, and accepts confirmed jumps."""
 
 from enum import Enum
 from typing import Protocol
@@ -9,7 +9,7 @@ from servoid.servo.settings import TargetSettings
 
 
 class Timed(Protocol):
-    """Where an object was, and when."""
+    """A pose of an object and its time."""
 
     @property
     def time_s(self) -> float:
@@ -18,12 +18,12 @@ class Timed(Protocol):
 
     @property
     def world_from_object(self) -> Pose:
-        """Return where the object was."""
+        """Return the pose of the object."""
         ...
 
 
 class GateResult(Enum):
-    """What became of an estimate."""
+    """The result of gating an estimate."""
 
     USED = "used"
     OUTDATED = "outdated"
@@ -32,9 +32,9 @@ class GateResult(Enum):
 
 
 class Jumps:
-    """Counts the estimates that an object cannot have reached, and believes several that agree.
+    """Counts estimates that an object cannot have reached, and accepts several that agree.
 
-    This is the one place where jumps are judged; whoever holds the arm for them asks for `count`.
+    The safety supervisor holds the arm according to `count`.
     """
 
     def __init__(self, settings: TargetSettings) -> None:
@@ -44,13 +44,13 @@ class Jumps:
 
     @property
     def count(self) -> int:
-        """Return how many jumped since the last that did not."""
+        """Return the number of jumps since the last estimate without one."""
         return self._count
 
     def gate(self, expected: Pose, seen: Pose, elapsed: float, estimate: Timed) -> GateResult:
-        """Say what is to become of an estimate: used, left out, or the first of a new start.
+        """Decide whether an estimate is used, ignored, or restarts the filter.
 
-        It was seen so long after the last used one, where another place was expected.
+        It arrived `elapsed` seconds after the last used one, where `expected` was predicted.
         """
         if self._can_reach(expected, seen, elapsed):
             self.clear()
@@ -68,7 +68,7 @@ class Jumps:
         return GateResult.RESTARTED if agree else GateResult.TELEPORT
 
     def clear(self) -> None:
-        """Forget what jumped."""
+        """Reset the count of jumps."""
         self._agreeing.clear()
         self._count = 0
 

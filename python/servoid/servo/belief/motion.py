@@ -1,4 +1,4 @@
-"""How something goes: a bank of Kalman filters for three coordinates whose estimates err alike."""
+"""Estimates motion by a bank of Kalman filters (IMM) with correlated measurement errors."""
 
 import math
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from servoid.servo.arm import Floats
 
 
 class Way(Protocol):
-    """A way to go, driven by a white jerk."""
+    """A motion model, driven by white-noise jerk."""
 
     @property
     def jerk(self) -> float:
-        """Return its density, per s² and root s."""
+        """Return the density of the jerk, per s² and root s."""
         ...
 
     def moved(self, span: float) -> Floats:
@@ -25,9 +25,9 @@ class Way(Protocol):
 
 @dataclass(frozen=True)
 class Going:
-    """A way to go: an acceleration that forgets itself within `lasting_s`.
+    """A motion model whose acceleration decays with time constant `lasting_s` (Singer model).
 
-    A white jerk drives it, of density `jerk` per s² and root s.
+    White-noise jerk drives it, of density `jerk` per s² and root s.
     """
 
     jerk: float
@@ -40,7 +40,7 @@ class Going:
 
 @dataclass(frozen=True)
 class Swinging:
-    """A way to go: to and fro about any place, once in `period_s`, driven likewise."""
+    """A motion model of an oscillation about any position, with period `period_s`."""
 
     jerk: float
     period_s: float
@@ -60,10 +60,11 @@ class Swinging:
 
 @dataclass(frozen=True)
 class Manner:
-    """What motion is expected, and how long the error of an estimate lasts.
+    """The expected kinds of motion, and the correlation time of estimation errors.
 
-    What rests wanders by `rest` per root s; what goes does so in one of some ways. Each manner
-    lasts about `change_s`. An error that estimates share comes and goes within `lasting_s`.
+    At rest, the position is a random walk of `rest` per root s; in motion, it follows one of
+    several models. Each mode lasts about `change_s`. Errors that estimates share decay with
+    `lasting_s`.
     """
 
     rest: float
@@ -74,11 +75,11 @@ class Manner:
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """How far an estimate may be off.
+    """The uncertainty of an estimate.
 
-    `fresh` is a covariance (n, n) that is new in each estimate, `lasting` the standard deviation,
-    along any axis, of what those that follow one another share. What they had wrong until then
-    fades within `fading_s`, sooner than it comes where they have become sure.
+    `fresh` is the covariance (n, n) of errors that are independent in each estimate, `lasting` the
+    standard deviation, along any axis, of errors that successive estimates share. Earlier shared
+    errors decay within `fading_s`, faster than new ones arise if the estimates have become certain.
     """
 
     fresh: Floats
@@ -88,26 +89,26 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What is seen of a motion: `matrix` (k, 4 n) times its state, with the covariance (k, k)."""
+    """A measurement of a motion: `matrix` (k, 4 n) times its state, with covariance (k, k)."""
 
     matrix: Floats
     spread: Floats
 
     @classmethod
     def along(cls, axes: Floats, noise: Noise) -> "Seen":
-        """Say what an estimate shows along axes (k, n): where it is, and by how much it errs."""
+        """Return the measurement of an estimate along axes (k, n): position plus shared error."""
         still = np.zeros_like(axes)
         matrix = np.concatenate([axes, still, still, axes], axis=1)
         return cls(matrix, exact.product(axes, noise.fresh, axes.T))
 
     @classmethod
     def of_place(cls, axes: Floats, spread: Floats) -> "Seen":
-        """Say where it is along axes (k, n), by what no estimate says; `spread` is (n, n)."""
+        """Return a measurement of the position along axes (k, n), of covariance `spread` (n, n)."""
         still = np.zeros((len(axes), 3 * axes.shape[1]))
         return cls(np.concatenate([axes, still], axis=1), exact.product(axes, spread, axes.T))
 
     def and_resting(self, axes: Floats, speed: float) -> "Seen":
-        """Add the supposition that nothing moves along axes (m, n), but for some speed."""
+        """Add the pseudo-measurement of zero speed along axes (m, n), of deviation `speed`."""
         still = np.zeros_like(axes)
         rests = np.concatenate([still, axes, still, still], axis=1)
         count, whole = len(self.spread), np.eye(len(self.spread) + len(axes)) * speed * speed
@@ -116,17 +117,17 @@ class Seen:
 
 
 class Motion:
-    """Coordinates (n,), their speed and acceleration, and what estimates have wrong just now.
+    """Coordinates (n,), their speed and acceleration, and the shared error of estimates.
 
-    Kalman filters, of what rests and of each way to go, are weighed by how well each foresees what
-    comes: interacting multiple models. The state (4 n,) of each is (offset, speed, acceleration,
-    shared error of estimates), and offsets are from a reference that `settle` moves.
+    Kalman filters, one for rest and one for each motion model, are weighted by their likelihood:
+    interacting multiple models. The state (4 n,) of each is (offset, speed, acceleration, shared
+    error of estimates), and offsets are relative to a reference that `settle` moves.
     """
 
     def __init__(self, manner: Manner, noise: Noise, spread: tuple[float, float]) -> None:
-        """Begin with an estimate at the reference.
+        """Initialise with an estimate at the reference.
 
-        Nothing is known of its motion but standard deviations, `spread`, of speed and acceleration.
+        `spread` contains the initial standard deviations of speed and acceleration.
         """
         self._manner, self._noise, self._n = manner, noise, len(noise.fresh)
         n, modes = self._n, 1 + len(manner.ways)
@@ -142,11 +143,11 @@ class Motion:
 
     @property
     def going(self) -> float:
-        """Return how likely it goes, 0 to 1."""
+        """Return the probability of motion, 0 to 1."""
         return float(self._weights[1:].sum())
 
     def ahead(self, span: float) -> tuple[Floats, Floats]:
-        """Return state (4 n,) and covariance (4 n, 4 n) so long after the newest estimate."""
+        """Predict state (4 n,) and covariance (4 n, 4 n) at a time after the newest estimate."""
         states, covariances = np.empty_like(self._states), np.empty_like(self._covariances)
         for mode, model in enumerate(self._models(span)):
             step, drive = (self._each(part) for part in model)
@@ -156,7 +157,7 @@ class Motion:
         return _joined(self._weights, states, covariances)
 
     def advance(self, elapsed: float, noise: Noise) -> None:
-        """Go on to an estimate that may be so far off."""
+        """Advance all filters to the time of an estimate with the given noise."""
         self._noise = noise
         self._mix(elapsed)
         for mode, model in enumerate(self._models(elapsed)):
@@ -166,10 +167,10 @@ class Motion:
             self._covariances[mode] = moved + drive
 
     def correct(self, seen: "Seen", innovation: Floats, nis_gate: float) -> float:
-        """Take in what was seen, (k,) off what it would be at the reference.
+        """Correct by a measurement, given as its offset (k,) from the value at the reference.
 
         Return the normalised innovation squared (NIS) of the filter that fits better; beyond
-        `nis_gate` what was seen loses weight.
+        `nis_gate` the measurement is down-weighted.
         """
         look, spread = seen.matrix, seen.spread
         gaps = innovation - exact.product(self._states, look.T)
@@ -191,17 +192,17 @@ class Motion:
         return nis
 
     def loosen(self, unknown: Floats) -> None:
-        """Add a covariance (n, n) to what is known of the offset."""
+        """Add a covariance (n, n) to that of the offset."""
         self._covariances[:, : self._n, : self._n] += unknown
 
     def settle(self) -> Floats:
-        """Move the reference to where it is believed to be; return by how much, (n,)."""
+        """Move the reference to the estimated position; return the shift, (n,)."""
         moved = exact.product(self._weights, self._states[:, : self._n])
         self._states[:, : self._n] -= moved
         return moved
 
     def _mix(self, elapsed: float) -> None:
-        """Let each filter begin with what both know, by how likely one became the other."""
+        """Mix the filters' states by the transition probabilities."""
         others = len(self._weights) - 1
         changed = -exact.expm1(-(1.0 + 1.0 / others) * elapsed / self._manner.change_s)
         changed /= 1.0 + others
@@ -215,7 +216,7 @@ class Motion:
         self._covariances = np.array([covariance for _, covariance in mixed])
 
     def _models(self, span: float) -> list[tuple[Floats, Floats]]:
-        """Return how one coordinate moves on and what drives it, (4, 4) each, in each filter."""
+        """Return transition and process noise of one coordinate, (4, 4), for each filter."""
         manner, noise = self._manner, self._noise
         fades = exact.exp(-span / noise.fading_s)
         comes = -exact.expm1(-2.0 * span / manner.lasting_s) * noise.lasting * noise.lasting
@@ -229,7 +230,7 @@ class Motion:
         return models
 
     def _each(self, model: Floats) -> Floats:
-        """Return what does to all coordinates (4 n, 4 n) what a model (4, 4) does to one."""
+        """Expand the matrix of one coordinate (4, 4) to all coordinates, (4 n, 4 n)."""
         whole = np.zeros((4, self._n, 4, self._n))
         for place in range(self._n):
             whole[:, place, :, place] = model
@@ -237,7 +238,7 @@ class Motion:
 
 
 def fading_acceleration(span: float, lasting_s: float) -> Floats:
-    """Return (3, 3): what place, speed and acceleration become if the last one fades."""
+    """Return the transition (3, 3) of position, speed and decaying acceleration."""
     share = span / lasting_s
     left = exact.exp(-share)
     gained = -exact.expm1(-share)
@@ -251,7 +252,7 @@ def fading_acceleration(span: float, lasting_s: float) -> Floats:
 
 
 def _joined(weights: Floats, states: Floats, covariances: Floats) -> tuple[Floats, Floats]:
-    """Return mean and covariance of a mixture."""
+    """Return mean and covariance of a mixture of Gaussians."""
     mean = exact.product(weights, states)
     apart = states - mean
     spread = (weights[:, None, None] * covariances).sum(axis=0)
@@ -268,7 +269,7 @@ def _log_determinant(matrix: Floats) -> float:
 
 
 def white_jerk(elapsed: float) -> Floats:
-    """Return (3, 3): covariance of position, speed and acceleration by a white jerk of one."""
+    """Return the covariance (3, 3) of position, speed and acceleration by unit white jerk."""
     powers = np.cumprod(np.full(5, elapsed))
     return np.array(
         [

@@ -1,4 +1,4 @@
-"""An arm that remembers where it was, for cameras on it whose images come later."""
+"""An arm that records its recent states, for cameras on it whose images arrive later."""
 
 from collections import deque
 from threading import Lock
@@ -11,17 +11,17 @@ from servoid.servo.arm import Arm, Eyes, Floats, Joints, JointState, Shaped, Sol
 
 
 class RememberingArm:
-    """Drives another arm, and remembers the states that were read from it.
+    """Wraps another arm, and records the states that were read from it.
 
-    `world_from_cameras_at` is what a source of images needs to know where its cameras were. A
-    source may ask it in a thread of its own: the arm is asked for its geometry by one at a time.
+    `world_from_cameras_at` gives a source of images the past poses of its cameras. A source may
+    call it from another thread: calls to the arm's geometry are serialised.
     """
 
     def __init__(self, arm: Arm, seconds: float = 2.0) -> None:
-        """Take an arm; what is older than `seconds` is forgotten.
+        """Wrap an arm; states older than `seconds` are dropped.
 
         Raises:
-            ServoError: the arm does not know where its joints are.
+            ServoError: the arm does not know its joint positions.
 
         """
         self._arm, self._seconds = arm, seconds
@@ -40,12 +40,12 @@ class RememberingArm:
 
     @property
     def eyes(self) -> Eyes | None:
-        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        """Return the joints of the cameras, None if the cameras are fixed to the hand."""
         return self._arm.eyes
 
     @property
     def solid(self) -> Solid | None:
-        """Return what knows the arm's shape, None if nothing does."""
+        """Return the arm's shape, None if it is not known."""
         return self._arm.solid if isinstance(self._arm, Shaped) else None
 
     @property
@@ -54,7 +54,7 @@ class RememberingArm:
         return self._arm.period_s
 
     def state(self) -> JointState:
-        """Return what the joints do now, and remember it."""
+        """Return the present state of the joints, and record it."""
         state = self._arm.state()
         with self._lock:
             self._remember(state)
@@ -63,14 +63,14 @@ class RememberingArm:
     def _remember(self, state: JointState) -> None:
         finite = np.isfinite([state.time_s, *state.positions]).all()
         if finite and self._states and state.time_s < self._states[-1].time_s:
-            self._states.clear()  # the arm's clock began anew
+            self._states.clear()  # the arm's clock was restarted
         if finite and (not self._states or state.time_s > self._states[-1].time_s):
             self._states.append(state)
             while state.time_s - self._states[0].time_s > self._seconds:
                 self._states.popleft()
 
     def world_from_hand(self, positions: Floats) -> Pose:
-        """Return where the hand is with the joints at these positions."""
+        """Return the pose of the hand for these joint positions."""
         with self._geometry:
             return self._arm.world_from_hand(positions)
 
@@ -80,23 +80,23 @@ class RememberingArm:
             return self._arm.jacobian(positions)
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
-        """Return where each camera is with the joints at these positions."""
+        """Return the pose of each camera for these joint positions."""
         with self._geometry:
             return self._arm.world_from_cameras(positions)
 
     def command(self, velocities: Floats) -> None:
-        """Have the joints turn at (N,) rad/s, and return one control period later.
+        """Command the joint speeds (N,) in rad/s, and return one control period later.
 
         Raises:
-            ServoError: there are not N velocities, or one of them is no number.
+            ServoError: there are not N velocities, or one of them is not finite.
 
         """
         self._arm.command(velocities)
 
     def positions_at(self, time_s: float) -> Floats:
-        """Return where the joints were, (N,), between the states that were read.
+        """Return interpolated joint positions (N,) at a time.
 
-        Before the first that is remembered and after the last they are taken to have rested.
+        Before the first recorded state and after the last, the joints are assumed to be at rest.
         """
         with self._lock:
             states = tuple(self._states)
@@ -109,5 +109,5 @@ class RememberingArm:
         return earlier.positions + share * (later.positions - earlier.positions)
 
     def world_from_cameras_at(self, time_s: float) -> tuple[Pose, ...]:
-        """Return where each camera was at a time of the arm's clock."""
+        """Return the pose of each camera at a time of the arm's clock."""
         return self.world_from_cameras(self.positions_at(time_s))

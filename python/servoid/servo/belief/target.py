@@ -1,4 +1,4 @@
-"""The motion of the tracked object: filters estimates, and predicts where it is by now."""
+"""Filters the estimates of a tracked object, and predicts its present pose and motion."""
 
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -14,30 +14,30 @@ from servoid.servo.belief.unobservable_turns import UnobservableTurns, UnsureEst
 from servoid.servo.law.moving import change_between, cross_matrix, shifted_and_turned
 from servoid.servo.settings import TargetSettings
 
-# What an object may do when it is first seen: m/s and m/s², rad/s and rad/s².
+# Initial standard deviations of an object's motion: m/s and m/s², rad/s and rad/s².
 _START_SPREAD = ((0.3, 0.2), (1.0, 1.0))
-_HARDLY = 0.05  # doubt of which little is left when it is no more
-_SOONEST_S = 0.5  # in which what was doubted is put right when nothing is
-_FRESHEST = 0.003  # m: standard deviation of what is new in a place, at most
+_HARDLY = 0.05  # probability of error below which a tracker counts as certain
+_SOONEST_S = 0.5  # minimum decay time of the rotation error of uncertain estimates
+_FRESHEST = 0.003  # m: maximum standard deviation of the independent position error
 _TINY = 1e-12  # m²
-_OPEN_SPEED = 0.05  # rad/s: turning that images do not tell is about none
-_OPEN_WANDER = 0.1  # rad per root s: how an open turn becomes unknown
-_TURNED = 0.2  # rad: standard deviation, about any axis, of a turn that nobody saw nor sees now
+_OPEN_SPEED = 0.05  # rad/s: standard deviation of an unobservable angular velocity
+_OPEN_WANDER = 0.1  # rad per root s: random walk of an unobservable rotation
+_TURNED = 0.2  # rad: standard deviation, about any axis, of a rotation during a gap
 _LEAST_DOUBT = 1e-3
-_SURER = 0.5  # share of the doubt of an estimate, with less of which another is much surer
+_SURER = 0.5  # ratio of probabilities of error below which a later estimate replaces the first
 
 
 class TargetEstimate(UnsureEstimate, Protocol):
-    """What servoing needs of a tracker's estimate."""
+    """The part of a tracker's estimate that servoing needs."""
 
     @property
     def time_s(self) -> float:
-        """Return when the images were taken."""
+        """Return the time at which the images were taken."""
         ...
 
     @property
     def confidence(self) -> float:
-        """Return the share of what should be seen that was, 0 to 1."""
+        """Return the probability that the pose is right, 0 to 1."""
         ...
 
     @property
@@ -47,17 +47,17 @@ class TargetEstimate(UnsureEstimate, Protocol):
 
     @property
     def located(self) -> bool:
-        """Return whether the images confirm where the object is, though maybe not its turn."""
+        """Return whether the images confirm the position, though maybe not the rotation."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """Where the object is at a time; `twist` and `acceleration` are (6,), in the world.
+    """The predicted pose at a time; `twist` and `acceleration` are (6,), in the world.
 
-    They are those of the object's origin, linear, and of the object, angular. `covariance` (6, 6)
-    is of a shift and a turn in the world, about axes whose turn is open 0, and `twist_covariance`
-    (6, 6) of the twist.
+    Their linear parts are those of the object's origin. `covariance` (6, 6) is that of a small
+    translation and rotation in the world, 0 about unobservable axes, and `twist_covariance` (6, 6)
+    that of the twist.
     """
 
     time_s: float
@@ -69,34 +69,33 @@ class Prediction:
 
     @property
     def place(self) -> Floats:
-        """Return where the object's origin is in the world, (3,)."""
+        """Return the position of the object's origin in the world, (3,)."""
         return np.array(self.world_from_object.translation)
 
     @classmethod
     def at_rest(cls, time_s: float, world_from_object: Pose) -> "Prediction":
-        """Make one of an object that is known to stand still."""
+        """Return the prediction for an object at a known pose at rest."""
         still, sure = np.zeros(6), np.zeros((6, 6))
         return cls(time_s, world_from_object, still, still, sure, sure)
 
     def sure_shares(self, linear: float, angular: float) -> Floats:
-        """Return shares (6,) of the twist, less than 1 beyond standard deviations of its halves."""
+        """Return weights (6,) of the twist, below 1 if its deviations exceed the given ones."""
         variances = self.twist_covariance.diagonal().reshape(2, 3).sum(axis=1)
         sure = np.square([linear, angular])
         return np.repeat(np.sqrt(sure / np.maximum(sure, variances)), 3)
 
     def spread_at(self, point: Floats) -> float:
-        """Return the standard deviation, in m, of a place (3,) in the world, tied to the object."""
+        """Return the standard deviation, in m, of a world point (3,) fixed to the object."""
         arm = cross_matrix(point - self.place)
         carried = np.concatenate([np.eye(3), -arm], axis=1)
         return float(np.sqrt(exact.product(carried, self.covariance, carried.T).trace()))
 
 
 class TargetFilter:
-    """Says where an object is and how it moves, from estimates whose errors last for a while.
+    """Estimates pose and motion of an object from estimates with correlated errors.
 
-    Shift and turn, in the world, the turn about the object's origin, have a `Motion` each. An
-    estimate that is farther off than its noise explains has the less weight; one that the object
-    cannot have reached is for `Jumps` to judge.
+    Translation and rotation about the object's origin, in the world, have a `Motion` each. Outliers
+    are down-weighted; `Jumps` gates estimates that the object cannot have reached.
     """
 
     def __init__(self, settings: TargetSettings) -> None:
@@ -112,30 +111,29 @@ class TargetFilter:
 
     @property
     def time_s(self) -> float | None:
-        """Return when the last used estimate was, None before the first."""
+        """Return the time of the last used estimate, None before the first."""
         return self._time_s
 
     @property
     def jumps(self) -> int:
-        """Return how many estimates came since the last that the object could have reached."""
+        """Return the number of jumps since the last estimate that the object could have reached."""
         return self._jumps.count
 
     @property
     def is_odd(self) -> bool:
-        """Say if the last used estimate was farther off than it and what was believed explain."""
+        """Return whether the last used estimate was an outlier."""
         return self._odd
 
     @property
     def turn_off(self) -> Floats | None:
-        """Return by what turn (3,) in the world the last used estimate was off what was believed.
+        """Return the rotation (3,) in the world from the filter to the last used estimate.
 
-        Turns about open axes are left out. It is None of an estimate that nothing was believed
-        before.
+        Rotations about unobservable axes are left out. None for the first estimate after a start.
         """
         return self._turn_off
 
     def update(self, estimate: TargetEstimate) -> GateResult:
-        """Take in an estimate, in the order of their times."""
+        """Process an estimate; estimates must be in the order of their times."""
         known = self._known
         if self._time_s is None or known is None:
             self._start(estimate)
@@ -156,9 +154,9 @@ class TargetFilter:
         return result
 
     def predict(self, time_s: float) -> Prediction:
-        """Return where the object is at a time; no farther ahead than `horizon_s` it stands still.
+        """Predict the object at a time; beyond `horizon_s` it is assumed to be at rest.
 
-        Where delays are not compensated, it is where the last images showed it.
+        Without compensation of delays, return its pose in the last images.
 
         Raises:
             ServoError: there was no estimate yet.
@@ -181,27 +179,26 @@ class TargetFilter:
         )
 
     def forget(self) -> None:
-        """Drop where the object is and how it moves, so that the next estimate starts anew.
+        """Drop position and motion, so that the next estimate restarts the filter.
 
-        How it was turned is kept: about axes about which images do not tell its turn as it was,
-        else as what it may have turned from meanwhile.
+        The rotation is kept: exactly about unobservable axes, otherwise as a prior.
         """
         self._time_s = None
         self._jumps.clear()
 
     def _after(self, known: "_Known", elapsed: float) -> Pose:
-        """Return where the object is so long after the last used estimate."""
+        """Return the pose of the object at a time after the last used estimate."""
         return shifted_and_turned(self._pose, known.ahead(elapsed)[0][:, :3].reshape(6))
 
     def _start(self, estimate: TargetEstimate, begun: "_Begun | None" = None) -> None:
-        """Begin with an estimate; one that follows another beginning takes its place."""
+        """Start with an estimate, or restart with one that replaces the first."""
         seen, turns = estimate.world_from_object, UnobservableTurns.of(estimate)
         if begun is None and self._known is not None:
             begun = _Begun(estimate.time_s, 1.0, self._known, self._pose)
         doubt = max(_LEAST_DOUBT, _doubt(estimate))
         self._begun = begun = None if begun is None else replace(begun, doubt=doubt)
         if begun is not None:
-            # Else the hand would go around a plain bottle that is found again with another spin.
+            # Otherwise the hand would move around a plain bottle that is found at another angle.
             seen = turns.left_out(begun.was, seen)
         self._time_s, self._pose, self._odd = estimate.time_s, seen, False
         self._turn_off = None
@@ -211,13 +208,13 @@ class TargetFilter:
         )
         self._known = _Known(shift, turn, turns, hidden)
         if begun is not None:
-            # Of a turn that is told badly, what it was before says more.
+            # The former rotation is a prior for an uncertain one.
             self._known.presume(change_between(seen, begun.was)[3:], begun, self._settings.nis_gate)
             self._settle(self._known)
         self._jumps.clear()
 
     def _follow(self, known: "_Known", estimate: TargetEstimate, elapsed: float) -> None:
-        """Go on to an estimate, and move towards it by what either is worth."""
+        """Advance to the time of an estimate, and correct by it."""
         noises, hidden = self._noise(estimate)
         known.shift.advance(elapsed, noises[0])
         known.turn.advance(elapsed, noises[1])
@@ -235,9 +232,9 @@ class TargetFilter:
         self._pose = shifted_and_turned(self._pose, moved)
 
     def _noise(self, estimate: TargetEstimate) -> tuple[tuple[Noise, Noise], Floats]:
-        """Return how far shift and turn of an estimate may be off, and what does not show of it.
+        """Return the noise of translation and rotation of an estimate, and their hidden covariance.
 
-        The last, (2, 3, 3), fades too fast to lead the hand astray, and counts as unknown.
+        The latter, (2, 3, 3), is not filtered, but is added to the reported covariance.
         """
         settings = self._settings
         floors = np.square([settings.linear_noise, settings.angular_noise])
@@ -249,10 +246,10 @@ class TargetFilter:
             told = np.array([exact.product(world, part, world.T) for part in parts])
             doubt = _doubt(estimate)
         wrong = settings.wrong_turn * float(np.sqrt(doubt))
-        # The surer the tracker is, the sooner that is over which it had wrong before.
+        # The more certain the tracker is, the faster its earlier errors decay.
         fading_s = max(_SOONEST_S, settings.fading_s * doubt / (doubt + _HARDLY))
         fresh = settings.fresh * told
-        # What drifts is told as noise, too, but places of successive images are not so far apart.
+        # The tracker's noise includes drift, but successive positions differ less.
         fresh[0] *= min(1.0, _FRESHEST * _FRESHEST / max(float(fresh[0].trace()), _TINY))
         news = fresh + floors[:, None, None] * np.eye(3)
         noises = Noise(news[0], 0.0, fading_s), Noise(news[1], wrong, fading_s)
@@ -261,7 +258,7 @@ class TargetFilter:
 
 @dataclass(frozen=True, eq=False)
 class _Begun:
-    """When what is known began anew, how doubtful that was, what was known before, and where."""
+    """A restart: its time, its probability of error, and the state and pose before it."""
 
     time_s: float
     doubt: float
@@ -269,17 +266,17 @@ class _Begun:
     was: Pose
 
     def is_outdone(self, estimate: TargetEstimate) -> bool:
-        """Say if an estimate that comes soon after is so much surer that it should have begun."""
+        """Return whether a soon following estimate is much more certain, so that it restarts."""
         soon = estimate.time_s - self.time_s < _SOONEST_S
         return soon and max(_LEAST_DOUBT, _doubt(estimate)) < _SURER * self.doubt
 
 
 @dataclass(frozen=True, eq=False)
 class _Known:
-    """What is known of an object's motion.
+    """The state of an object's motion.
 
-    `turns` are the open ones of the newest estimate, `hidden` (2, 3, 3) what its shift and turn may
-    have wrong besides.
+    `turns` are the unobservable rotations of the newest estimate, `hidden` (2, 3, 3) the additional
+    covariance of its translation and rotation.
     """
 
     shift: Motion
@@ -288,12 +285,12 @@ class _Known:
     hidden: Floats
 
     def ahead(self, span: float) -> tuple[Floats, Floats]:
-        """Return the states (2, 12) of shift and turn, and covariances, so long after it."""
+        """Predict the states (2, 12) of translation and rotation, and their covariances."""
         both = (self.shift.ahead(span), self.turn.ahead(span))
         return np.array([state for state, _ in both]), np.array([spread for _, spread in both])
 
     def told(self, covariances: Floats) -> Floats:
-        """Join covariances of shift and turn, (2, 3, 3), without the open turns, to (6, 6)."""
+        """Join covariances (2, 3, 3) to one (6, 6), without unobservable rotations."""
         across = np.eye(3) - self.turns.spread
         whole = np.zeros((6, 6))
         whole[:3, :3] = covariances[0]
@@ -301,9 +298,9 @@ class _Known:
         return whole
 
     def presume(self, turn: Floats, begun: "_Begun", nis_gate: float) -> None:
-        """Suppose that it is still turned as it was: by (3,), known as well as before.
+        """Apply the rotation before the restart, at `turn` (3,) from the present one, as a prior.
 
-        The less the tracker doubts that it was turned meanwhile, the less that says.
+        The more certain the tracker is of the new rotation, the less weight the prior has.
         """
         across = self.turns.observable.T
         if not len(across):
@@ -316,11 +313,11 @@ class _Known:
     def correct(
         self, change: Floats, noises: tuple[Noise, Noise], turns: UnobservableTurns, nis_gate: float
     ) -> bool:
-        """Take in what was seen, shifted and turned by (6,); say if it is an outlier."""
+        """Correct by a measured translation and rotation (6,); return whether it is an outlier."""
         place = Seen.along(np.eye(3), noises[0])
         nis = self.shift.correct(place, change[:3], nis_gate)
-        # About open axes the object is supposed to rest; if nothing said so, the first turn that is
-        # told would throw it about, for by then it might be turned and turning in any way.
+        # About unobservable axes the object is assumed to be at rest: otherwise their uncertainty
+        # would grow without bound, and the first observed rotation would cause a large correction.
         seen, axes = turns.observable.T, turns.axes.T
         turned = Seen.along(seen, noises[1]).and_resting(axes, _OPEN_SPEED)
         innovation = np.concatenate([exact.product(seen, change[3:]), np.zeros(len(axes))])
@@ -328,12 +325,12 @@ class _Known:
 
 
 def _doubt(estimate: TargetEstimate) -> float:
-    """Return how likely an estimate is wrong, 0 to 1."""
+    """Return the probability that an estimate is wrong, 0 to 1."""
     return 1.0 - min(max(estimate.confidence, 0.0), 1.0)
 
 
 def _manners(settings: TargetSettings) -> tuple[Manner, Manner]:
-    """Return how an object shifts, and how it turns."""
+    """Return the expected translation and rotation of an object."""
     lasting = settings.change_s, settings.fading_s
     swings = (Swinging(settings.swinging_jerk, settings.period_s),) if settings.period_s else ()
     shifts = (

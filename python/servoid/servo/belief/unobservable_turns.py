@@ -1,4 +1,4 @@
-"""Turns that images do not observe, such as the spin of a bottle: they stay as they were."""
+"""Rotations that images do not observe, such as a bottle about its axis: they are kept."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -9,39 +9,39 @@ from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
 from servoid.servo.law.moving import change_between, shifted_and_turned
 
-_MOSTLY_TURN = 0.7  # share of a unit motion from which on it counts as a turn
-_APART = 0.5  # singular value of unit axes from which on they span one direction more
-_PASSES = 20  # turns about different axes do not quite commute
-_ENOUGH = 1e-6  # rad: a pass that turns less is the last
+_MOSTLY_TURN = 0.7  # share of rotation in a unit motion from which on it counts as a rotation
+_APART = 0.5  # singular value from which on unit axes span another direction
+_PASSES = 20  # passes, as rotations about different axes do not commute
+_ENOUGH = 1e-6  # rad: a pass that rotates less is the last
 
 
 class UnsureEstimate(Protocol):
-    """Where an object was, and how sure that is.
+    """A pose of an object with its uncertainty.
 
     `covariance` (6, 6) is of a small motion (linear, angular) of the object in its own frame.
     """
 
     @property
     def world_from_object(self) -> Pose:
-        """Return where the object was."""
+        """Return the pose of the object."""
         ...
 
     @property
     def covariance(self) -> Floats:
-        """Return how sure that is, (6, 6)."""
+        """Return the covariance, (6, 6)."""
         ...
 
     @property
     def unobservable(self) -> Floats:
-        """Return (n, 6) unit motions in the object's frame that the images leave open."""
+        """Return (n, 6) unit motions in the object's frame that the images do not observe."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class UnobservableTurns:
-    """Orthonormal axes in the world, (3, k), about which an object's turn is not observable.
+    """Orthonormal axes in the world, (3, k), about which an object's rotation is unobservable.
 
-    `observable` (3, 3 - k) are the axes across them.
+    `observable` (3, 3 - k) are the axes orthogonal to them.
     """
 
     axes: Floats
@@ -49,24 +49,24 @@ class UnobservableTurns:
 
     @property
     def spread(self) -> Floats:
-        """Return the (3, 3) matrix that leaves of a vector what lies along the open axes."""
+        """Return the projection (3, 3) onto the unobservable axes."""
         return exact.product(self.axes, self.axes.T) if self.axes.size else np.zeros((3, 3))
 
     @classmethod
     def of(cls, estimate: UnsureEstimate) -> "UnobservableTurns":
-        """Take the turns that the images leave open."""
+        """Compute the unobservable rotations of an estimate."""
         turns = estimate.unobservable[:, 3:]
         turns = turns[exact.lengths(turns) > _MOSTLY_TURN]
         if len(turns) == 0:
             return cls(np.empty((3, 0)), np.eye(3))
-        # Both may name the same axis, so directions that are nearly alike count once.
+        # Several motions may have the same axis, so nearly equal directions count once.
         spread = exact.product(estimate.world_from_object.matrix()[:3, :3], turns.T)
         squares, axes = exact.eigh(exact.product(spread, spread.T))
         apart = squares > _APART * _APART
         return cls(axes[:, apart], axes[:, ~apart])
 
     def left_out(self, expected: Pose, seen: Pose) -> Pose:
-        """Return the seen pose, turned about the open axes as the expected one is."""
+        """Return the estimated pose, with the expected rotation about the unobservable axes."""
         if self.axes.shape[1] == 0:
             return seen
         for _ in range(_PASSES):

@@ -1,4 +1,4 @@
-"""Notices images that stop or hang, and a target estimate that images contradict."""
+"""Detects images that stop or freeze, and estimates that contradict the filter."""
 
 import zlib
 from dataclasses import dataclass
@@ -12,24 +12,24 @@ from servoid.servo.law.moving import change_between
 from servoid.servo.settings import SafetySettings
 from servoid.source.source import Instant
 
-_FITTING = 3  # estimates in a row that are not odd after which belief and sight are the same
-_QUICK_S, _SLOW_S = 1.0, 5.0  # over which turns are smoothed, and taken for what is always wrong
-_USUAL_S = 20.0  # over which what is usual comes about
-_LONGEST_S = 0.1  # for which one turn counts at most
-_LASTING = 0.2  # share of that which counts
-_TOLD = 0.5  # share of the standard deviation that the tracker gives its turns, above which all do
-_CALM = 0.5  # share of what holds the arm, below which it moves again
-_ROWS = 4  # every fourth row tells images apart
+_FITTING = 3  # consecutive estimates that are no outliers, after which a series ends
+_QUICK_S, _SLOW_S = 1.0, 5.0  # time constants of the rotation error, and of its constant part
+_USUAL_S = 20.0  # time constant of the target's usual rotation
+_LONGEST_S = 0.1  # maximum time that one estimate represents
+_LASTING = 0.2  # share of the whole rotation error that always counts
+_TOLD = 0.5  # share of the tracker's standard deviation above which the variable part counts
+_CALM = 0.5  # share of the threshold below which the arm moves again
+_ROWS = 4  # every fourth row suffices to distinguish images
 
 
 def fingerprint(image: NDArray[np.uint8]) -> int:
-    """Return a number that images of different content hardly share."""
+    """Return a hash of an image."""
     return zlib.crc32(image[::_ROWS].tobytes())
 
 
 @dataclass
 class _Last:
-    """What a camera delivered last, since where, and how often."""
+    """The last image of a camera, the pose at which it first came, and its repetitions."""
 
     mark: int
     world_from_camera: Pose
@@ -38,7 +38,7 @@ class _Last:
 
 
 class Watchdog:
-    """Watches the images of all cameras; a camera that hangs does so until its image changes."""
+    """Monitors the images of all cameras; a camera is frozen until its image changes."""
 
     def __init__(self, settings: SafetySettings) -> None:
         self._settings = settings
@@ -46,7 +46,7 @@ class Watchdog:
         self._last: dict[int, _Last] = {}
 
     def see(self, instant: Instant) -> None:
-        """Look at the images of an observation."""
+        """Process the images of an observation."""
         if not instant.is_dark:
             self._newest_s = instant.time_s
         for place, (image, pose) in enumerate(
@@ -56,12 +56,12 @@ class Watchdog:
                 self._compare(place, fingerprint(image), pose)
 
     def is_stale(self, time_s: float) -> bool:
-        """Say if the newest image was taken too long before a time, or there is none."""
+        """Return whether the newest image is too old at a time, or there is none."""
         return self._newest_s is None or time_s - self._newest_s > self._settings.coast_s
 
     @property
     def hangs(self) -> bool:
-        """Say if a camera moved but its image did not change for several observations."""
+        """Return whether a camera moved but its image did not change for several observations."""
         return any(last.hangs for last in self._last.values())
 
     def _compare(self, place: int, mark: int, world_from_camera: Pose) -> None:
@@ -76,10 +76,11 @@ class Watchdog:
 
 
 class Parting:
-    """Watches what is believed of a target against what is seen of it.
+    """Monitors whether estimates contradict the filter.
 
-    A single odd estimate says nothing, a series of them that one or the other is wrong, however
-    sure the tracker is. It ends with a few in a row that are not odd: one alone may be chance.
+    A single outlier is not significant; a series of them means that tracker or filter is wrong,
+    whatever the confidence. The series ends with several consecutive estimates that are no
+    outliers, as a single one may be chance.
     """
 
     def __init__(self, settings: SafetySettings) -> None:
@@ -87,7 +88,7 @@ class Parting:
         self.clear()
 
     def see(self, time_s: float, *, is_odd: bool) -> None:
-        """Take in whether an estimate was farther off than it and the belief explain."""
+        """Process whether an estimate was an outlier."""
         self._fitting = 0 if is_odd else self._fitting + 1
         if self._fitting >= _FITTING:
             self.clear()
@@ -99,26 +100,26 @@ class Parting:
 
     @property
     def is_told(self) -> bool:
-        """Say if they are apart for long enough to tell."""
+        """Return whether they have differed for long enough to report it."""
         return self._lasts_s >= self._settings.parted_s
 
     @property
     def holds(self) -> bool:
-        """Say if they are apart for so long that the arm must not go by either: twice as long."""
+        """Return whether they have differed for twice as long, so that the arm must be held."""
         return self._lasts_s >= 2.0 * self._settings.parted_s
 
     def clear(self) -> None:
-        """Begin anew: belief and sight are the same."""
+        """Reset: estimates and filter agree."""
         self._since_s: float | None = None
         self._lasts_s, self._fitting = 0.0, 0
 
 
 class Drifting:
-    """Watches turns of a target that are seen and not believed: how far they would move its goal.
+    """Monitors estimated rotations that the filter does not follow, by their effect on the goal.
 
-    A tracker that has the same turn wrong all the time is borne. Where what it sees comes and goes,
-    the target turns and its turn is told too badly to follow, or nobody knows how it is turned. So
-    it stays until the turn is seen as before, or told well.
+    A constant rotation error is tolerated. If the error varies, the target rotates and its rotation
+    is too uncertain to follow, or is not known at all. The arm is then held until the rotation is
+    estimated as before, or with certainty.
     """
 
     def __init__(self, settings: SafetySettings) -> None:
@@ -131,18 +132,18 @@ class Drifting:
         self.holds: bool = False
 
     def reach(self, lever: float) -> None:
-        """Take in how far the goal is from the target's origin, in m."""
+        """Set the distance of the goal from the target's origin, in m."""
         self._lever = lever
 
     def see(self, time_s: float, off: Floats, spread: float, led: Floats | None = None) -> None:
-        """Take in by what turn (3,) an estimate was off what was believed, in rad.
+        """Process the difference in rotation (3,) between an estimate and the filter, in rad.
 
-        `spread` is the standard deviation of such turns, as the tracker says, `led` (3,) how far
-        the belief has turned since the turn was told well; None while it is.
+        `spread` is its standard deviation according to the tracker, `led` (3,) the rotation of the
+        filter's pose since the last certain estimate; None while estimates are certain.
         """
         if self._lever == 0.0:
             return  # there is no goal yet
-        # After a gap, one turn alone says no more than usual.
+        # After a gap, a single rotation counts no more than usual.
         elapsed = 0.0 if self._time_s is None else min(time_s - self._time_s, _LONGEST_S)
         if self._time_s is None:
             self._quick = self._slow = self._turned = self._usual = off
@@ -160,7 +161,7 @@ class Drifting:
         self.holds &= time_s - self._calm_s < self._settings.calm_s
 
     def _heed(self, off: Floats, led: Floats | None, elapsed: float) -> None:
-        """Smooth how the target is seen to be turned, and, while nothing is held, usually is."""
+        """Smooth the estimated rotation error and, while nothing is held, its usual value."""
         if led is None:
             self._turned = self._usual = off
             return
@@ -170,29 +171,29 @@ class Drifting:
 
     @property
     def departs(self) -> float:
-        """Return how far the goal would go with the turns that are not believed, in m."""
+        """Return how far rotations that the filter does not follow would move the goal, in m."""
         off = exact.norm(self._quick)
-        # What was always wrong and is so no more is no doubt.
+        # The end of a constant error is no contradiction.
         new = min(off, exact.norm(self._quick - self._slow))
         new *= new > _TOLD * self._spread
         return self._lever * max(new, _LASTING * off)
 
 
 class Straying:
-    """Watches how far a turn that is told roughly has led a goal from where it was told well.
+    """Monitors how far following an uncertain rotation has moved the goal since a certain one.
 
-    As told well counts the turn that was believed first, of the target as it was modelled.
+    The first rotation, of the target as it was modelled, counts as certain.
     """
 
     def __init__(self, settings: SafetySettings) -> None:
         self._settings = settings
         self._well: Pose | None = None
-        self.led: Floats | None = None  # (3,), the turn since it was told well; None while it is
+        self.led: Floats | None = None  # (3,), since the last certain one; None while it is
         self._calm_s = -np.inf
         self.holds: bool = False
 
     def see(self, time_s: float, believed: Pose, lever: float, *, is_rough: bool) -> None:
-        """Take in how a target is believed to be turned, and its goal's distance from it, in m."""
+        """Process the filter's pose of the target, and the distance of its goal from it, in m."""
         if not is_rough:
             self._well, self.led, self.holds = believed, None, False
             return
@@ -209,5 +210,5 @@ class Straying:
 
 
 def _towards(smoothed: Floats, value: Floats, times: float) -> Floats:
-    """Return a smoothed value after so many of its time constants."""
+    """Return an exponentially smoothed value after some of its time constants."""
     return smoothed - exact.expm1(-times) * (value - smoothed)

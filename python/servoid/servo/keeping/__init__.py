@@ -1,1 +1,1 @@
-"""What keeps an arm within its limits, and what holds it."""
+"""Keeps an arm within its limits, and holds it when necessary."""

@@ -1,4 +1,4 @@
-"""What bounds the speeds of the joints at one moment, each bound with the reason that names it."""
+"""Bounds on the joint speeds in one control period, each with its reason."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,15 +9,15 @@ from servoid.pose import exact
 from servoid.servo.arm import Floats
 from servoid.servo.keeping.safety import Reason
 
-INSIDE = 1e-3  # of a ball's radius, by which speeds are cut shorter than they may be
-_EDGE = 1e-6  # of it, by which they must be shorter
+INSIDE = 1e-3  # share of a ball's radius by which speeds are shortened below the bound
+_EDGE = 1e-6  # share of it by which they must be shorter
 
 
 @dataclass(frozen=True, eq=False)
 class Window:
-    """The least and the greatest speeds (n,) that joints may be told, in rad/s.
+    """The minimum and maximum joint speeds (n,) that may be commanded, in rad/s.
 
-    `causes` are two rows of n reasons, which say what bounds each from below and from above.
+    `causes` are two rows of n reasons, for the lower and the upper bounds.
     """
 
     lower: Floats
@@ -45,11 +45,11 @@ class Rows:
 
     @classmethod
     def none(cls, count: int) -> "Rows":
-        """Make what does not bound `count` joints."""
+        """Return no bounds on `count` joints."""
         return cls(np.empty((0, count)), np.empty(0), np.empty(0), ())
 
     def and_also(self, *others: "Rows") -> "Rows":
-        """Join bounds."""
+        """Concatenate bounds."""
         every = (self, *others)
         return Rows(
             np.concatenate([one.matrix for one in every]),
@@ -69,11 +69,11 @@ class Ball:
     reason: Reason
 
     def exceeds(self, velocities: Floats) -> bool:
-        """Say if joint speeds (n,) are outside."""
+        """Return whether joint speeds (n,) are outside."""
         return exact.norm(self._off(velocities)) > self.radius * (1.0 - _EDGE)
 
     def cut(self, velocities: Floats) -> Rows:
-        """Return the plane that touches the ball where joint speeds outside (n,) are nearest."""
+        """Return the tangent plane of the ball nearest to joint speeds (n,) outside."""
         off = self._off(velocities)
         normal = off / exact.norm(off)
         most = exact.dot(normal, self.center) + self.radius * (1.0 - INSIDE)
@@ -86,9 +86,9 @@ class Ball:
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """All that bounds the hand's joints at one moment; `jacobian` (6, n) is the hand's.
+    """All bounds on the hand's joints in one control period; `jacobian` (6, n) is the hand's.
 
-    The window is kept in any case.
+    The window is a hard bound.
     """
 
     jacobian: Floats
@@ -97,10 +97,10 @@ class Bounds:
     balls: tuple[Ball, ...]
 
     def hold(self, velocities: Floats) -> bool:
-        """Say if joint speeds (n,) are inside."""
+        """Return whether joint speeds (n,) are inside."""
         window, rows = self.window, self.rows
         if not np.all((velocities >= window.lower) & (velocities <= window.upper)):
-            return False  # so is what is no number
+            return False  # also for values that are not finite
         if rows.reasons:
             values = exact.product(rows.matrix, velocities)
             if np.any((values < rows.lower) | (values > rows.upper)):

@@ -1,4 +1,4 @@
-"""For how long which bounds kept the hand from its goal."""
+"""Computes for how long each bound kept the hand from its goal."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from servoid.servo.log import ServoLog
 
 
 def limited_s(log: ServoLog) -> dict[Reason, float]:
-    """Return the seconds in which each bound acted, but for those that any quick motion meets."""
+    """Return the seconds in which each bound acted, except those that any quick motion reaches."""
     if not len(log):
         return {}
     times = log.times

@@ -1,4 +1,4 @@
-"""The one place where the desired joint speeds become commands, under all bounds at once."""
+"""Computes joint speed commands from the desired ones under all bounds, by one QP."""
 
 from dataclasses import dataclass
 
@@ -12,33 +12,33 @@ from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.joints import JointWish
 from servoid.servo.settings import HandSettings
 
-_SOLVED = (1, 2)  # daqp's exit flags of a solution, 2 with a soft bound that gave way
-_SOFT = 8  # daqp's sense of a bound that gives way where bounds are at odds
-_CUTS = 12  # most planes that stand for a ball
-_ALONE = 0.6  # share of the hand's acceleration that one joint's braking may take
-_NO_LEVER = 1e-3  # m or 1: a joint that moves the hand by less does not bound it
-_NOTED = 1e-3  # m/s and rad/s of the hand: less is no intervention
+_SOLVED = (1, 2)  # daqp's exit flags of a solution, 2 with a violated soft bound
+_SOFT = 8  # daqp's flag of a soft bound
+_CUTS = 12  # maximum number of planes that approximate a ball
+_ALONE = 0.6  # share of the hand's acceleration that one joint's braking may use
+_NO_LEVER = 1e-3  # m or 1: a joint that moves the hand less is ignored
+_NOTED = 1e-3  # m/s and rad/s of the hand: smaller changes do not count as limiting
 
 
 @dataclass(frozen=True, eq=False)
 class Limited:
-    """Joint speeds (n,) inside all bounds, and which bounds kept them from the desired ones."""
+    """Joint speeds (n,) inside all bounds, and which bounds changed them."""
 
     velocities: Floats
     reasons: frozenset[Reason]
 
 
 class Limiter:
-    """Finds the joint speeds nearest to the desired ones inside all bounds, and which bounds acted.
+    """Finds the joint speeds nearest to the desired ones inside all bounds, and the active bounds.
 
-    Joints never leave their window. Other bounds give way only where they are at odds with it or
-    with each other.
+    The joints' window is a hard bound. Other bounds are violated only if they contradict it or each
+    other.
     """
 
     def __init__(self, arm: Arm, settings: HandSettings, fade_s: float = 0.0) -> None:
         """Take the arm's period and the limits of its hand.
 
-        An acceleration counts as if it went on for `fade_s` before it is gone.
+        An acceleration counts as if it continued for `fade_s` before it vanishes.
 
         Raises:
             MissingExtraError: the solver is not installed.
@@ -59,9 +59,9 @@ class Limiter:
     def bounds(
         self, jacobian: Floats, last: Floats, window: Window, walls: Rows, speed_scale: float
     ) -> Bounds:
-        """Return what bounds joint speeds (n,) after a tick with the hand's velocity `last` (6,).
+        """Return the bounds on joint speeds (n,) after a hand velocity `last` (6,).
 
-        `jacobian` is (6, n), and `speed_scale` the share of its speed that the hand has.
+        `jacobian` is (6, n), and `speed_scale` the allowed share of the hand's speed.
         """
         parts = zip(
             jacobian.reshape(2, 3, -1),
@@ -72,9 +72,9 @@ class Limiter:
         )
         balls: list[Ball] = []
         for matrix, before, speed, step in parts:
-            # Where the hand is faster than it may be, it slows down as far as it can.
+            # A hand above its speed limit decelerates as fast as it can.
             fastest = max(speed, exact.norm(before) - step)
-            # The speed counts that is there when its change has faded away.
+            # The relevant speed is that after its acceleration has vanished.
             share = self._fading / (1.0 + self._fading)
             fastest *= 1.0 - share
             balls.append(Ball(matrix, share * before, fastest, Reason.HAND_SPEED))
@@ -82,25 +82,25 @@ class Limiter:
         return Bounds(jacobian, window, walls, tuple(balls))
 
     def speeds(self, speed_scale: float) -> Floats:
-        """Return how fast the hand may be, (2,) in m/s and rad/s, with a share of its speed."""
+        """Return the hand's speed limits, (2,) in m/s and rad/s, scaled by a share."""
         return speed_scale * self._speeds
 
     def braking(self, jacobian: Floats) -> Floats:
-        """Return how hard joints (n,) may brake before their stops in rad/s², for the hand's sake.
+        """Return the joints' decelerations (n,) in rad/s² that the hand's limit allows.
 
-        `jacobian` is (6, n). What one of them takes leaves a share to others that brake as well.
+        `jacobian` is (6, n). Each joint leaves a share of the hand's limit to the other joints.
         """
         levers = np.sqrt(np.square(jacobian.reshape(2, 3, -1)).sum(axis=1))
         most = (self._steps / self._period_s)[:, None] / np.maximum(levers, _NO_LEVER)
         return _ALONE * most.min(axis=0)
 
     def ticks_to_rest(self, twist: Floats) -> float:
-        """Return in how many ticks the hand can come to rest from a velocity (6,)."""
+        """Return the number of periods in which the hand can come to rest from a velocity (6,)."""
         lengths = exact.lengths(twist.reshape(2, 3))
         return float((lengths / ((1.0 - INSIDE) * self._steps)).max())
 
     def nearest(self, wish: JointWish, bounds: Bounds) -> Limited:
-        """Return the joint speeds nearest to the desired ones inside the bounds, and what acted."""
+        """Return the joint speeds nearest to the desired ones, and the active bounds."""
         if bounds.hold(wish.velocities):
             return Limited(wish.velocities, frozenset())
         rows = bounds.rows
@@ -117,7 +117,7 @@ class Limiter:
     def _solved(
         self, wish: JointWish, window: Window, rows: Rows
     ) -> tuple[Floats, frozenset[Reason]]:
-        """Return the nearest speeds (n,) between flat bounds, and the reasons of those that act."""
+        """Return the nearest speeds (n,) between linear bounds, and the active reasons."""
         count = len(wish.velocities)
         sense = np.repeat(np.array([0, _SOFT], np.int32), [count, len(rows.reasons)])
         answer, _, flag, told = self._solve(
@@ -129,7 +129,7 @@ class Limiter:
             sense,
         )
         if flag not in _SOLVED or not np.all(np.isfinite(answer)):
-            # The window is never empty, so only numbers can have gone wrong: the joints brake.
+            # The window is never empty, so this is a numerical failure: the joints brake.
             return window.bounded(np.zeros(count)), frozenset()
         pressures = np.asarray(told["lam"])
         reasons = [

@@ -1,4 +1,4 @@
-"""What the joints may do next: speed windows that hold all of their limits."""
+"""Computes the joint speeds that may be commanded next, under all limits of the joints."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +11,14 @@ from servoid.servo.settings import JointSettings
 _CAUSES = np.array(
     [Reason.JOINT_JERK, Reason.JOINT_ACCELERATION, Reason.JOINT_SPEED, Reason.JOINT_LIMIT]
 )
-_HALVINGS = 12  # of the accelerations among which that is sought which just stops in time
+_HALVINGS = 12  # candidate accelerations for the largest one that still stops in time
 _SIDES = np.array([[-1.0], [1.0]])
 
 
 def stoppable_speed(room: Floats, deceleration: Floats | float, reaction_s: float) -> Floats:
-    """Return the greatest speed that stops within `room`, 0 where there is none.
+    """Return the greatest speed that stops within `room`, 0 without any room.
 
-    It is held for `reaction_s` before it falls at `deceleration`; falling along this curve takes
+    It continues for `reaction_s` before it decreases at `deceleration`; following this curve needs
     less than that deceleration.
     """
     head = np.maximum(room, 0.0)
@@ -28,11 +28,11 @@ def stoppable_speed(room: Floats, deceleration: Floats | float, reaction_s: floa
 def stopping_distance(
     speed: Floats, acceleration: Floats, deceleration: Floats, jerk: Floats
 ) -> Floats:
-    """Return how far a joint goes until it rests, at an acceleration now, by its jerk.
+    """Return the stopping distance of a joint at a present acceleration, with limited jerk.
 
-    It brakes as hard as `deceleration` and `jerk` let it, and speeds may not be negative.
+    It brakes as hard as `deceleration` and `jerk` allow, and speeds must not be negative.
     """
-    # As if from the speed at which it began, or will begin, to brake from no acceleration.
+    # Equivalent to braking from zero acceleration at another speed.
     start = speed + np.square(acceleration) / (2.0 * jerk)
     long = 0.5 * start * (start / deceleration + deceleration / jerk)
     short = start * np.sqrt(start / jerk)
@@ -42,7 +42,7 @@ def stopping_distance(
 
 
 class JointLimits:
-    """Holds the limits of joints in position, speed, acceleration and jerk, command by command."""
+    """Enforces the limits of joints in position, speed, acceleration and jerk in each command."""
 
     def __init__(self, joints: Joints, settings: JointSettings, period_s: float) -> None:
         self._lower = joints.lower + settings.margin
@@ -62,13 +62,13 @@ class JointLimits:
         acceleration: Floats,
         braking: Floats | float = np.inf,
     ) -> Window:
-        """Return what may follow the `previous` command (N,) in a state of the joints.
+        """Return the speeds that may follow the `previous` command (N,) in a state of the joints.
 
         `acceleration` (N,) is that of the last commands. Before their stops joints brake no harder
-        than `braking` (N,) in rad/s². The window is never empty: where the limits are at odds, it
-        is the hardest braking.
+        than `braking` (N,) in rad/s². The window is never empty: if limits contradict each other,
+        it contains only the hardest braking.
         """
-        # Both sides alike: the first row is of motion downwards, the second of motion upwards.
+        # The first row is for motion downwards, the second for motion upwards.
         speed, before = (
             _SIDES * previous,
             np.clip(_SIDES * acceleration, -self._acceleration, self._acceleration),
@@ -95,9 +95,8 @@ class JointLimits:
     def braked(self, previous: Floats, acceleration: Floats, hand_ticks: float = 0.0) -> Floats:
         """Return the next command of joints that come to rest.
 
-        Those of the hand do so together, along their way, and in no fewer ticks than the hand
-        itself needs; so do those of the eyes, but eyes that turn fast do not keep the hand from
-        braking.
+        The joints of the hand stop together, along their path, and in no fewer periods than the
+        hand itself needs. The joints of the cameras also stop together, independently of the hand.
         """
         braked = previous.copy()
         for part, ticks in zip(self._parts, (hand_ticks, 0.0), strict=True):
@@ -105,7 +104,7 @@ class JointLimits:
         return braked
 
     def blindly_braked(self, previous: Floats, acceleration: Floats, hand_ticks: float) -> Floats:
-        """Return the next command of joints that come to rest, of which nothing else is known."""
+        """Return the next command of joints that come to rest, without knowing their state."""
         change = self._jerk * self._period_s
         least = np.maximum(acceleration - change, -self._acceleration)
         most = np.minimum(acceleration + change, self._acceleration)
@@ -113,7 +112,7 @@ class JointLimits:
         return previous + self._period_s * np.minimum(np.maximum(wanted, least), most)
 
     def _up_to_speed(self, speed: Floats) -> Floats:
-        """Return the greatest accelerations (2, N) that can fade before the speed limit."""
+        """Return the greatest accelerations (2, N) that can vanish before the speed limit."""
         left, step = self._speed - speed, self._jerk * self._period_s
         fading = np.sqrt(np.square(step) + 2.0 * self._jerk * np.maximum(left, 0.0)) - step
         return np.where(left >= 0.0, fading, left / self._period_s)
@@ -126,7 +125,7 @@ class JointLimits:
     ) -> Floats:
         """Return the greatest accelerations (2, N) after which joints stop within their room.
 
-        `now` are the speeds that they were told, those at which they go, and the room, (2, N) each.
+        `now` are the commanded speeds, the actual speeds, and the room, (2, N) each.
         """
         speed, goes, room = now
         least, most = between
@@ -136,7 +135,7 @@ class JointLimits:
             ahead = np.maximum(later, 0.0)
             way = stopping_distance(ahead, acceleration, braking, self._jerk)
             rests = (later <= 0.0) & (acceleration <= 0.0)
-            # What joints lag behind they make up for after the command rests.
+            # Lagging joints move on after the commanded speed is zero.
             return rests | (way + self._reaction_s * np.maximum(ahead, goes) <= room)
 
         if np.all(stops(most)):
@@ -151,7 +150,7 @@ class JointLimits:
     def _braking_share(
         self, part: slice, previous: Floats, acceleration: Floats, ticks: float
     ) -> float:
-        """Return which share of their speeds joints that brake together lose in the next tick."""
+        """Return the share of speed that joints lose per period if they stop together."""
         speeds, period_s = np.abs(previous[part]), self._period_s
         fastest = float(np.max(speeds, initial=0.0))
         if fastest == 0.0:

@@ -1,4 +1,4 @@
-"""Decides when a target may be trusted, and says why the arm is held."""
+"""Decides when a target estimate may be trusted, and reports why the arm is held."""
 
 from enum import Enum
 
@@ -13,7 +13,7 @@ from servoid.source.source import Instant
 
 
 class Reason(Enum):
-    """Why the arm is held, or does less than its goal asks for; the value is a sentence."""
+    """Why the arm is held or limited; the value is a message for the user."""
 
     NO_TARGET = "no target has been seen yet"
     NO_IMAGES = "no image came for too long"
@@ -24,29 +24,29 @@ class Reason(Enum):
     AHEAD = "image time stamps lie in the future"
     NOT_FINITE = "the estimate holds numbers that are not finite"
     TELEPORT = "the target jumped farther than it can move"
-    RETURNING = "the target is back; waiting for a few more images"
+    RETURNING = "the target is back; waiting for more images that confirm it"
     BAD_STATE = "the arm's joint state holds numbers that are not finite"
-    PROTECTIVE_STOP = "the arm's own driver has stopped it, and waits for a reset"
-    PARTED = "tracker estimates and the filtered pose of the target disagree"
-    ADRIFT = "tracker estimates of the target's rotation wander about the filtered one"
-    STRAYED = "a rotation of the target that is known only roughly moved its goal too far"
-    ROUGH = "the target's pose is too uncertain to position the hand by it"
-    UNSEEN = "the target is not seen now; its motion is extrapolated"
+    PROTECTIVE_STOP = "the arm's own driver has stopped it and waits for a reset"
+    PARTED = "the tracker's estimates have differed from the filtered pose for too long"
+    ADRIFT = "uncertain estimates of the target's rotation would move the goal too far"
+    STRAYED = "following an uncertain estimate of the target's rotation moved the goal too far"
+    ROUGH = "the target's pose is too uncertain for an accurate goal"
+    UNSEEN = "the target is not visible now; its motion is extrapolated"
     AWAY = "the hand is on its way to its goal"
     WORKSPACE = "the hand is at the edge of its workspace"
-    NEAR = "the hand is as near to the object as it may be"
-    COLLISION = "parts of the arm are as near to each other, or to the room, as they may be"
+    NEAR = "the hand is at its minimum distance from the object"
+    COLLISION = "parts of the arm are at their minimum distance from each other or the room"
     UNREACHABLE = "the arm does not reach the goal"
     SINGULAR = "the arm is in a singular pose and cannot move towards the goal"
-    HAND_SPEED = "the hand is as fast as it may be"
-    HAND_ACCELERATION = "the hand speeds up or brakes as hard as it may"
-    JOINT_SPEED = "a joint is as fast as it may be"
-    JOINT_ACCELERATION = "a joint speeds up or brakes as hard as it may"
-    JOINT_JERK = "a joint changes its acceleration as fast as it may"
-    JOINT_LIMIT = "a joint is near its stop"
+    HAND_SPEED = "the hand is at its speed limit"
+    HAND_ACCELERATION = "the hand is at its acceleration limit"
+    JOINT_SPEED = "a joint is at its speed limit"
+    JOINT_ACCELERATION = "a joint is at its acceleration limit"
+    JOINT_JERK = "a joint is at its jerk limit"
+    JOINT_LIMIT = "a joint is near its position limit"
 
 
-# Bounds that any quick motion meets, and that keep no hand from its goal.
+# Limits that any quick motion reaches, and that do not keep the hand from its goal.
 ORDINARY = frozenset(
     {
         Reason.HAND_SPEED,
@@ -56,17 +56,17 @@ ORDINARY = frozenset(
         Reason.JOINT_JERK,
     }
 )
-# What holds the hand though the place of the target is known.
+# Reasons that hold the hand although the position of the target is known.
 LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT, Reason.STRAYED})
 _TOLERATED_JUMPS = 1
 
 
 class SafetySupervisor:
-    """Says from images and estimates whether the hand may follow the target.
+    """Decides from images and estimates whether the hand may follow the target.
 
-    A short gap is bridged by the filter's prediction. After a longer one, when the target jumped,
-    or when it is long seen where it is not believed to be, the arm is held until several trusted
-    estimates came in a row, of which the filter makes a mean meanwhile.
+    The filter's prediction bridges a short gap. After a longer one, after a jump of the target, or
+    if estimates contradict the filter for long, the arm is held until several consecutive trusted
+    estimates have arrived, which the filter averages meanwhile.
     """
 
     def __init__(self, settings: SafetySettings, target: TargetFilter) -> None:
@@ -78,20 +78,20 @@ class SafetySupervisor:
         self._straying = Straying(settings)
         self._object_from_goal: Pose | None = None
         self._trusted_s: float | None = None
-        self._heard_s: float | None = None  # when the filter was last given an estimate
+        self._heard_s: float | None = None  # time of the filter's last estimate
         self._held, self._stopped = True, False
         self._resumed_s = 0.0
         self._now_s = np.inf
 
     def advance(self, time_s: float, *, stopped: bool = False) -> None:
-        """Take in what time it is on the arm's clock, to which those of observations belong.
+        """Advance to a time of the arm's clock, which also stamps the observations.
 
-        A gap that has become too long holds the arm, and so does a protective stop of its own;
-        estimates that came in a row let it go.
+        The arm is held after too long a gap, and during a protective stop; consecutive trusted
+        estimates release it.
         """
         self._now_s, self._stopped = time_s, stopped
         last = self._trusted_s
-        # A clock that was set back, or forth, leaves what is known of the target as old.
+        # After a jump of the clock, the knowledge of the target counts as old.
         if last is None or abs(time_s - last) > self._settings.coast_s:
             self._held = True
             self._in_a_row = 0
@@ -101,7 +101,7 @@ class SafetySupervisor:
             self._held, self._resumed_s = False, time_s
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
-        """Take in an observation and what the tracker made of it; the filter learns if it may."""
+        """Process an observation and its estimate; the filter uses it if it can be trusted."""
         if instant is not None:
             self._watchdog.see(instant)
         fault = self._fault_of(estimate)
@@ -111,7 +111,7 @@ class SafetySupervisor:
             self._distrust(fault)
 
     def holding(self) -> frozenset[Reason]:
-        """Return why the arm is held at the time it is; empty if it may move."""
+        """Return why the arm is held at present; empty if it may move."""
         if not self._held:
             return frozenset()
         kept = {
@@ -131,9 +131,9 @@ class SafetySupervisor:
         return frozenset(reasons)
 
     def limiting(self, target: Prediction, goal: Pose, off: float) -> frozenset[Reason]:
-        """Return why the hand is not where it should be, or may not be, though the arm moves.
+        """Return why the hand of a moving arm is not, or may not be, at its goal.
 
-        Its goal in the world is believed to be so far off, in m.
+        `off` is the estimated distance of the hand from its goal in the world, in m.
         """
         self._object_from_goal = target.world_from_object.inverse() @ goal
         self._drifting.reach(self._lever)
@@ -146,29 +146,29 @@ class SafetySupervisor:
         return frozenset(reason for reason, holds in reasons.items() if holds)
 
     def speed_scale(self) -> float:
-        """Return the share of its speed that the hand has, which grows to 1 after a hold."""
+        """Return the allowed share of the hand's speed, which grows to 1 after a hold."""
         return min(1.0, max(0.0, (self._now_s - self._resumed_s) / self._settings.resume_s))
 
     @property
     def _astray(self) -> bool:
-        """Say if turns that are told badly hold the arm."""
+        """Return whether uncertain rotations hold the arm."""
         return self._drifting.holds or self._straying.holds
 
     @property
     def _lever(self) -> float:
-        """Return how far the goal is from the target's origin, in m; 0 where there is none yet."""
+        """Return the distance of the goal from the target's origin, in m; 0 without a goal."""
         goal = self._object_from_goal
         return 0.0 if goal is None else exact.norm(np.array(goal.translation))
 
     def _is_rough(self, target: Prediction) -> bool:
-        """Say if the place of the goal beside a target is known badly."""
+        """Return whether the goal's position relative to a target is uncertain."""
         if self._object_from_goal is None:
             return False
         goal = target.world_from_object @ self._object_from_goal
         return target.spread_at(np.array(goal.translation)) > self._settings.rough
 
     def _fault_of(self, estimate: TargetEstimate | None) -> Reason | None:
-        """Return why an estimate must not be used at all."""
+        """Return why an estimate must not be used, None if it may."""
         if self._watchdog.hangs:
             return Reason.FROZEN
         if estimate is None:
@@ -181,7 +181,7 @@ class SafetySupervisor:
             return Reason.AHEAD
         if not estimate.located:
             return Reason.LOST if estimate.status == "lost" else Reason.SEARCHING
-        # Of one whose turn is open, the place alone is followed: that is sure enough to be located.
+        # If the rotation is unobservable, only the position is followed: `located` suffices.
         unsure = estimate.confidence < self._settings.least_confidence
         return Reason.UNSURE if unsure and estimate.status == "tracking" else None
 
@@ -189,11 +189,11 @@ class SafetySupervisor:
         self._fault, self._in_a_row = fault, 0
 
     def _follow(self, estimate: TargetEstimate) -> None:
-        """Give a credible estimate to the filter, and count what comes of it."""
+        """Pass a credible estimate to the filter, and evaluate the result."""
         heard_s, self._heard_s = self._heard_s, estimate.time_s
         gap = heard_s is None or estimate.time_s - heard_s > self._settings.coast_s
         if self._held and self._in_a_row == 0 and (gap or self._target.jumps == 0):
-            self._target.forget()  # what moved before the gap says nothing of after it
+            self._target.forget()  # motion before the gap does not predict motion after it
             self._parting.clear()
         is_sure = estimate.confidence >= self._settings.least_confidence
         self._sure_in_a_row = self._sure_in_a_row + 1 if is_sure else 0
@@ -216,7 +216,7 @@ class SafetySupervisor:
             self._distrust(Reason.PARTED)
             return
         self._in_a_row += 1
-        self._fault = Reason.NO_IMAGES  # if nothing more is heard
+        self._fault = Reason.NO_IMAGES  # if no further estimate arrives
         if self._in_a_row >= self._settings.resume_after:
             believed = self._target.predict(estimate.time_s)
             sure = self._sure_in_a_row >= self._settings.resume_after

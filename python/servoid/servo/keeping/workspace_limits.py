@@ -1,4 +1,4 @@
-"""Keeps the hand in its workspace and off the object."""
+"""Keeps the hand in its workspace and away from the object."""
 
 from dataclasses import dataclass
 
@@ -11,15 +11,15 @@ from servoid.servo.keeping.limits import stoppable_speed
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.settings import SafetySettings
 
-_WATCHED = 0.15  # m: parts farther from each other than this, and what they keep, do not matter
-_BLIND = 1e-6  # m: nearer than this to the object there is no direction away
+_WATCHED = 0.15  # m: parts that are farther apart, beyond their clearance, are ignored
+_BLIND = 1e-6  # m: at smaller distances from the object, the direction away is undefined
 
 
 @dataclass(frozen=True, eq=False)
 class VelocityLimits:
     """Bounds (3,) of the hand's velocity in the world, and of its speed towards the object.
 
-    `toward` (3,) is the unit direction to the object, whose own velocity is part of `closing`.
+    `toward` (3,) is the unit direction to the object; `closing` includes the object's velocity.
     """
 
     lower: Floats
@@ -28,7 +28,7 @@ class VelocityLimits:
     closing: float
 
     def rows(self, jacobian: Floats) -> Rows:
-        """Return them as bounds of joint speeds; `jacobian` (6, n) is that of the hand."""
+        """Return these bounds for joint speeds; `jacobian` (6, n) is that of the hand."""
         linear = jacobian[:3]
         return Rows(
             np.concatenate([linear, exact.product(self.toward, linear)[None]]),
@@ -39,7 +39,7 @@ class VelocityLimits:
 
 
 class WorkspaceLimits:
-    """Bounds the hand's velocity, so that it brakes before walls, parts and the object."""
+    """Bounds the hand's velocity, so that it brakes before walls, other parts and the object."""
 
     def __init__(self, settings: SafetySettings, reaction_s: float, period_s: float) -> None:
         self._settings, self._reaction_s = settings, reaction_s
@@ -48,7 +48,7 @@ class WorkspaceLimits:
         self._upper = np.array(settings.workspace_upper)
 
     def allowed(self, world_from_goal: Pose, object_in_world: Floats) -> Pose:
-        """Return the goal, moved into the workspace and away from the object if it must be."""
+        """Return the goal, moved into the workspace and away from the object if necessary."""
         place = np.array(world_from_goal.translation)
         away = place - object_in_world
         distance = exact.norm(away)
@@ -58,7 +58,7 @@ class WorkspaceLimits:
         return Pose.from_parts(place.tolist(), world_from_goal.quaternion)
 
     def apart(self, solid: Solid, positions: Floats, previous: Floats, hand: slice) -> Rows:
-        """Return what keeps parts of an arm and its room apart, with the joints at (N,) positions.
+        """Return bounds that keep parts of an arm and its room apart, at joint positions (N,).
 
         `previous` (N,) are the last commanded joint speeds, and `hand` the joints of the hand.
         """
@@ -71,7 +71,7 @@ class WorkspaceLimits:
             stoppable_speed(np.abs(room), settings.braking, self._reaction_s), room
         )
         rates = exact.product(found.slopes, previous)
-        others = rates - exact.product(found.slopes[:, hand], previous[hand])  # the eyes turn, too
+        others = rates - exact.product(found.slopes[:, hand], previous[hand])  # the cameras' part
         lower = np.minimum(-speeds, rates + self._step) - others
         reasons = (Reason.COLLISION,) * len(lower)
         return Rows(found.slopes[:, hand], lower, np.full(len(lower), np.inf), reasons)
@@ -79,16 +79,16 @@ class WorkspaceLimits:
     def velocity_limits(
         self, hand: Floats, velocity: Floats, object_in_world: Floats, object_velocity: Floats
     ) -> VelocityLimits:
-        """Return what bounds the hand at a place (3,) in the world, before the object (3,).
+        """Return the bounds on the hand at a position (3,) in the world, for the object at (3,).
 
-        No bound asks for more than `braking` takes from the hand's last velocity (3,).
+        No bound requires a deceleration above `braking` from the hand's last velocity (3,).
         """
         away = object_in_world - hand
         distance = exact.norm(away)
         toward = away / distance if distance > _BLIND else np.zeros(3)
         apart = distance - self._settings.least_distance
         room = np.array([*(hand - self._lower), *(self._upper - hand), apart])
-        # Where no room is left, speeds lead back.
+        # Without any room left, only speeds that move back are allowed.
         speeds = np.copysign(
             stoppable_speed(np.abs(room), self._settings.braking, self._reaction_s), room
         )

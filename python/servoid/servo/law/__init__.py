@@ -1,1 +1,1 @@
-"""From the error of a pose to a hand's twist and to speeds of joints; the gaze."""
+"""Control laws: from the pose error to the hand's twist and joint speeds, and the gaze."""

@@ -1,4 +1,4 @@
-"""The desired trajectory: how far the hand is from where it should be, and how that changes."""
+"""The desired trajectory: the pose error of the hand and its derivatives."""
 
 from servoid.servo.law.moving import Moving
 
@@ -8,10 +8,10 @@ def goal_error(
 ) -> Moving:
     """Return `hand_from_goal`, the pose error of the hand, with its derivatives.
 
-    `world_from_object` is where the object is or is believed to be, and `goal_from_object` where
-    it should be as seen from the hand. All three may move.
+    `world_from_object` is the true or estimated pose of the object, and `goal_from_object` its
+    desired pose in the hand. All three may move.
     """
     hand_from_object = world_from_hand.inverse() @ world_from_object
     object_from_goal = goal_from_object.inverse()
-    # The paper writes the product rule out; `Moving` carries it.
+    # The paper writes the product rule explicitly; `Moving` applies it.
     return hand_from_object @ object_from_goal  # Eqs. (8)-(11)

@@ -1,4 +1,4 @@
-"""The eyes' inner loop: tilt and pans that keep each eye's axis on the target."""
+"""The inner loop of the cameras: tilt and pans that keep each optical axis on the target."""
 
 from dataclasses import dataclass
 
@@ -10,22 +10,22 @@ from servoid.servo.arm import Eyes, Floats, JointState
 from servoid.servo.keeping.bounds import Window
 from servoid.servo.settings import GazeMode, GazeSettings
 
-_NEAREST = 0.02  # m: nearer to an eye a target has no direction
+_NEAREST = 0.02  # m: below this distance from a camera, the target's direction is undefined
 
 
 @dataclass(frozen=True, eq=False)
 class Gaze:
-    """Where the eyes should look: angles (3,) of tilt, left and right pan, and their rates."""
+    """The desired gaze: angles (3,) of tilt, left and right pan, and their rates."""
 
     angles: Floats
     rates: Floats
 
 
 def fixation(half_baseline: float, point_in_head: Floats, velocity_in_head: Floats) -> Gaze:
-    """Return the gaze at a point (3,) that moves at a velocity (3,), as the head sees them."""
+    """Return the gaze at a point (3,) that moves at a velocity (3,), in the head's frame."""
     x, y, z = point_in_head
     x_rate, y_rate, z_rate = velocity_in_head
-    # Seen from the tilted head, the target is straight ahead but for the pans.
+    # In the tilted head's frame, the target is straight ahead except for the pans.
     ahead = max(exact.hypot(y, z), _NEAREST)
     ahead_rate = (y * y_rate + z * z_rate) / ahead
     angles, rates = [exact.arctan2(y, z)], [(z * y_rate - y * z_rate) / (ahead * ahead)]
@@ -38,7 +38,7 @@ def fixation(half_baseline: float, point_in_head: Floats, velocity_in_head: Floa
 def seen_from_head(
     eyes: Eyes, world_from_hand: Pose, hand_twist: Floats, point: Floats, velocity: Floats
 ) -> tuple[Floats, Floats]:
-    """Return place and velocity (3,) in the head of a point (3,) that moves in the world.
+    """Return position and velocity (3,) in the head of a point (3,) that moves in the world.
 
     `hand_twist` (6,) is the hand's own motion in the world, which the head shares.
     """
@@ -53,7 +53,7 @@ def seen_from_head(
 
 
 class GazeControl:
-    """Turns tilt and pans by a PD law on their angles, with their wanted rates fed forward."""
+    """Controls tilt and pans by a PD law on their angles, with feed-forward of desired rates."""
 
     def __init__(self, eyes: Eyes, settings: GazeSettings) -> None:
         self._eyes, self._settings = eyes, settings
@@ -62,14 +62,14 @@ class GazeControl:
     def wanted(
         self, world_from_hand: Pose, hand_twist: Floats, point: Floats, velocity: Floats
     ) -> Gaze:
-        """Return where to look for a point (3,) that moves at a velocity (3,) in the world."""
+        """Return the gaze for a point (3,) that moves at a velocity (3,) in the world."""
         if self._settings.mode is GazeMode.PARALLEL:
             return Gaze(np.zeros(3), np.zeros(3))
         seen = seen_from_head(self._eyes, world_from_hand, hand_twist, point, velocity)
         return fixation(self._eyes.half_baseline, *seen)
 
     def velocities(self, state: JointState, gaze: Gaze, window: Window) -> Floats:
-        """Return (3,) rad/s of tilt and pans inside the window of all N joints."""
+        """Return the speeds (3,) in rad/s of tilt and pans, inside the window of all N joints."""
         settings, places = self._settings, self.places
         error = gaze.angles - state.positions[places]
         wanted = settings.gain * error + settings.rate_gain * (

@@ -9,15 +9,15 @@ from servoid.servo.settings import HandSettings
 
 
 def quaternion_error(hand_from_goal: Moving) -> Floats:
-    """Return (3,): the vector part of the turn to the goal as a unit quaternion, the short way."""
+    """Return the vector part (3,) of the shorter unit quaternion of the rotation to the goal."""
     w, *vector = hand_from_goal.pose.quaternion
     return np.copysign(1.0, w) * np.asarray(vector)
 
 
 def correction(hand_from_goal: Moving, world_from_hand: Floats, settings: HandSettings) -> Floats:
-    """Return (6,) the hand's desired velocity, linear and angular in the world.
+    """Return the hand's desired velocity (6,), linear and angular in the world.
 
-    `world_from_hand` is (4, 4); only its turn is used.
+    `world_from_hand` is (4, 4); only its rotation is used.
     """
     turn = world_from_hand[:3, :3]
     offset = exact.product(turn, hand_from_goal.matrix[:3, 3])
@@ -30,11 +30,11 @@ def correction(hand_from_goal: Moving, world_from_hand: Floats, settings: HandSe
 
 
 def shares(twist: Floats, linear: float, angular: float) -> Floats:
-    """Return (2,): shares of a twist's two parts that are no longer than these, 1 where all is."""
+    """Return factors (2,), at most 1, that limit a twist's two parts to the given lengths."""
     lengths = np.sqrt(np.square(twist).reshape(2, 3).sum(axis=1))
     return np.minimum(1.0, (linear, angular) / np.maximum(lengths, 1e-12))
 
 
 def within(twist: Floats, linear: float, angular: float) -> Floats:
-    """Return a twist (6,) whose linear and angular parts are no longer than these."""
+    """Return a twist (6,) whose linear and angular parts have at most the given lengths."""
     return twist * np.repeat(shares(twist, linear, angular), 3)

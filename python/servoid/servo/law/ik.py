@@ -11,24 +11,24 @@ _TINY = 1e-8
 
 
 class QuadraticJoints:
-    """Wishes for the joint speeds whose hand velocity is nearest to the wanted one.
+    """Computes the joint speeds whose hand velocity is nearest to the desired one.
 
-    Directions in which the arm is nearly singular are damped. What motion is left free pulls the
-    joints towards the posture that the arm had at first.
+    Directions in which the arm is nearly singular are damped. Motion in the null space pulls the
+    joints towards the initial posture.
     """
 
     def __init__(self, arm: Arm, settings: JointSettings) -> None:
-        """Take the arm's present posture as the one to keep."""
+        """Take the arm's present posture as the preferred one."""
         self._settings = settings
         self._count = arm.joints.hand_count
         self._posture = np.asarray(arm.state().positions, np.float64)[: self._count]
         self._weights = np.repeat([1.0, settings.angular_weight], 3)
 
     def wish(self, state: JointState, jacobian: Floats, wish: HandWish) -> JointWish:
-        """Return the best joint speeds, bounds aside, and what it costs to miss them."""
+        """Return the best joint speeds without bounds, and the weights of deviations from them."""
         settings = self._settings
         weighted = self._weights[:, None] * jacobian
-        # Those of the hand's motion come last; what is before them moves the hand nowhere.
+        # The singular vectors of the hand's motion come last; those before span the null space.
         squares, axes = exact.eigh(exact.product(weighted.T, weighted))
         squares = np.maximum(squares, 0.0)
         free = axes[:, : max(0, self._count - len(weighted))]

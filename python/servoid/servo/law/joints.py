@@ -1,4 +1,4 @@
-"""From a hand velocity to joint speeds: the paper's law, and what every such law answers."""
+"""From a hand velocity to joint speeds: the interface of joint laws, and the paper's law."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -10,13 +10,13 @@ from servoid.servo.arm import Arm, Floats, JointState
 from servoid.servo.law.reach import stepped
 from servoid.servo.settings import JointSettings
 
-IDLE_WEIGHT = 1e-3  # m²: of motion of the joints that leaves the hand where it is
+IDLE_WEIGHT = 1e-3  # m²: weight of null-space motion of the joints
 _TINY = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class HandWish:
-    """What the hand should do: its velocity (6,) in the world, and the pose that it is led to."""
+    """The desired motion of the hand: its velocity (6,) in the world, and its goal pose."""
 
     twist: Floats
     world_from_goal: Pose
@@ -24,9 +24,9 @@ class HandWish:
 
 @dataclass(frozen=True, eq=False)
 class JointWish:
-    """What the joints should do: speeds (n,) in rad/s, and `weights` (n, n) of missing them.
+    """The desired joint speeds (n,) in rad/s, and `weights` (n, n) of deviations from them.
 
-    Of speeds that may be had, those are best whose difference x costs least in x weights x.
+    Of the admissible speeds, the best minimise x weights x of their deviation x.
     """
 
     velocities: Floats
@@ -34,17 +34,17 @@ class JointWish:
 
 
 class HandJoints(Protocol):
-    """A law that turns what the hand should do into what the joints that move it should do."""
+    """A law that converts the desired motion of the hand to desired joint speeds."""
 
     def wish(self, state: JointState, jacobian: Floats, wish: HandWish) -> JointWish:
-        """Return what it wishes of n joints, bounds aside; `jacobian` is (6, n), of the hand's."""
+        """Return the desired speeds of n joints, unbounded; `jacobian` (6, n) is the hand's."""
         ...
 
 
 def hand_weights(jacobian: Floats, angular_weight: float) -> Floats:
-    """Return weights (n, n) for which joints that move the hand as desired are nearly all the same.
+    """Return weights (n, n) that measure deviations of the hand, and hardly null-space motion.
 
-    `jacobian` is (6, n), and `angular_weight` says how many metres weigh as much as a radian.
+    `jacobian` is (6, n), and `angular_weight` the metres that weigh as much as a radian.
     """
     weighted = np.repeat([1.0, angular_weight], 3)[:, None] * jacobian
     weights = exact.product(weighted.T, weighted)
@@ -53,17 +53,17 @@ def hand_weights(jacobian: Floats, angular_weight: float) -> Floats:
 
 
 def pseudo_inverse(jacobian: Floats) -> Floats:
-    """Return (n, 6): the least joint speeds for a hand velocity, of a Jacobian (6, n)."""
+    """Return the pseudo-inverse (n, 6) of a Jacobian (6, n)."""
     square = exact.product(jacobian, jacobian.T)
-    # A trace of damping keeps exactly singular poses solvable.
+    # Slight damping keeps exactly singular poses solvable.
     square[np.diag_indices(6)] += _TINY
     return exact.solve(square, jacobian).T  # Eq. (15)
 
 
 class PaperJoints:
-    """The paper's law: joints for the goal with the first one at 0, and the pseudo-inverse.
+    """The paper's law: inverse kinematics with the first joint at 0, and the pseudo-inverse.
 
-    An arm without a joint to spare has none held at 0.
+    For an arm without a redundant joint, no joint is fixed at 0.
     """
 
     def __init__(self, arm: Arm, settings: JointSettings) -> None:
@@ -73,7 +73,7 @@ class PaperJoints:
         self._solution: Floats | None = None
 
     def wish(self, state: JointState, jacobian: Floats, wish: HandWish) -> JointWish:
-        """Return what the law asks for, bounds aside."""
+        """Return the desired joint speeds, without bounds."""
         count = self._arm.joints.hand_count
         desired = self.joints_at(wish.world_from_goal, state.positions)  # Eq. (14)
         feedback = self._settings.feedback_gain * (desired - state.positions)[:count]
@@ -81,10 +81,10 @@ class PaperJoints:
         return JointWish(velocities, hand_weights(jacobian, self._settings.angular_weight))
 
     def joints_at(self, world_from_goal: Pose, positions: Floats) -> Floats:
-        """Return the joints (N,) that hold the hand at the goal, as near as steps have come to it.
+        """Return joint positions (N,) of the hand at the goal, as near as the steps have come.
 
         Damped Newton steps start at the last solution, the first time at `positions` (N,). The
-        first joint is at 0, and the eyes stay where they are.
+        first joint is at 0, and the cameras stay where they are.
         """
         arm, free = self._arm, self._free
         start = positions if self._solution is None else self._solution

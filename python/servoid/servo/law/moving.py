@@ -1,4 +1,4 @@
-"""Rigid motions that change in time, with their first and second derivatives."""
+"""Time-dependent rigid motions with their first and second derivatives."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,19 +10,19 @@ from servoid.servo.arm import Floats
 
 
 def cross_matrix(vector: Floats) -> Floats:
-    """Return the (3, 3) matrix that does what the cross product with a vector (3,) does."""
+    """Return the matrix (3, 3) of the cross product with a vector (3,)."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def shifted_and_turned(pose: Pose, change: Floats) -> Pose:
-    """Shift `a_from_b` by change[:3] and turn it about b's origin by change[3:], both in `a`."""
+    """Translate `a_from_b` by change[:3] and rotate it about b's origin by change[3:], in `a`."""
     turned = Pose.exp([0.0, 0.0, 0.0, *change[3:]]) @ pose
     return Pose.from_parts(np.add(pose.translation, change[:3]).tolist(), turned.quaternion)
 
 
 def change_between(before: Pose, after: Pose) -> Floats:
-    """Return (6,): shift and turn, both in `a`, that lead from one `a_from_b` to another."""
+    """Return translation and rotation (6,), in `a`, from one `a_from_b` to another."""
     change = (after @ before.inverse()).log()
     change[:3] = np.subtract(after.translation, before.translation)
     return change
@@ -30,9 +30,9 @@ def change_between(before: Pose, after: Pose) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Moving:
-    """A rigid motion `a_from_b` with its rates of change, all (4, 4) float64.
+    """A rigid motion `a_from_b` with its derivatives, all (4, 4) float64.
 
-    `first` and `second` are the derivatives of `matrix` by time, in 1/s and 1/s².
+    `first` and `second` are the time derivatives of `matrix`, in 1/s and 1/s².
     """
 
     matrix: Floats
@@ -41,14 +41,14 @@ class Moving:
 
     @classmethod
     def at_rest(cls, pose: Pose) -> "Moving":
-        """Make one that does not change."""
+        """Return a constant motion."""
         return cls(pose.matrix(), np.zeros((4, 4)), np.zeros((4, 4)))
 
     @classmethod
     def from_twist(cls, pose: Pose, twist: Floats, acceleration: Floats | None = None) -> "Moving":
-        """Make `a_from_b` of the velocity of b's origin and the turning of b, both seen in `a`.
+        """Return `a_from_b` with the velocity of b's origin and the angular velocity of b, in `a`.
 
-        `twist` is (6,) in m/s and rad/s, `acceleration` its derivative, none if left out.
+        `twist` is (6,) in m/s and rad/s, `acceleration` its derivative, 0 if left out.
         """
         matrix = pose.matrix()
         first, second = np.zeros((4, 4)), np.zeros((4, 4))
@@ -63,12 +63,12 @@ class Moving:
 
     @cached_property
     def pose(self) -> Pose:
-        """Return where it is now."""
+        """Return the present pose."""
         return Pose(self.matrix)
 
     @property
     def twist(self) -> Floats:
-        """Return (6,): velocity of b's origin in m/s and turning of b in rad/s, both in `a`."""
+        """Return the velocity of b's origin in m/s and of b's rotation in rad/s, (6,), in `a`."""
         turning = exact.product(self.first[:3, :3], self.matrix[:3, :3].T)
         angular = (turning[2, 1], turning[0, 2], turning[1, 0])
         return np.array([*self.first[:3, 3], *angular])
@@ -82,7 +82,7 @@ class Moving:
         return Moving(inverse, first, -second - 2.0 * both)
 
     def __matmul__(self, other: "Moving") -> "Moving":
-        """Chain `a_from_b` with `b_from_c`, by the product rule."""
+        """Compose `a_from_b` with `b_from_c`, by the product rule."""
         product = exact.product
         return Moving(
             product(self.matrix, other.matrix),

@@ -1,4 +1,4 @@
-"""The paper's law, as one piece: what servoid adds to it is left out."""
+"""The settings of the paper's law, without servoid's additions."""
 
 from typing import Any
 
@@ -10,19 +10,19 @@ PAPER_LAW: dict[str, Any] = {
     "joints.law": JointLaw.PAPER,
     "hand.feed_forward": False,
     "gaze.feed_forward": False,
-    # So rough a motion, and no rest, that the filter takes each estimate as it is.
+    # Such large process noise that the filter reproduces each estimate.
     "target.compensate": False,
     "target.use_covariance": False,
     "target.linear_rest": 1e2,
     "target.linear_jerk": 1e4,
     "target.gliding_jerk": 1e4,
     "target.linear_jump": 0.5,
-    # Its tracker tells a share of colours, and no probability.
+    # The confidence of the paper's tracker is a share of colours, not a probability.
     "safety.least_confidence": 0.0,
 }
 """The settings of the paper's law by their dotted names.
 
-Turns are still followed only as far as images tell them: the paper is given the true ones.
+Rotations are still followed only as far as they are observable: the paper uses the true ones.
 """
 
 
@@ -34,10 +34,10 @@ _TURN_TOLD = {
 
 
 def as_the_paper(settings: ServoSettings, *, turn_told: bool = True) -> ServoSettings:
-    """Return settings with the paper's law: its joints, no filter, prediction, feed-forward.
+    """Return settings with the paper's law: its joint law, no filter, prediction, feed-forward.
 
-    Gains and limits stay as they are. With `turn_told`, as in the paper, estimates hold the
-    object's true orientation, and it counts as it is, too.
+    Gains and limits stay unchanged. With `turn_told`, as in the paper, estimates contain the
+    object's true orientation, which is used unfiltered as well.
     """
     for name, value in (PAPER_LAW | (_TURN_TOLD if turn_told else {})).items():
         table, key = name.split(".")

@@ -1,4 +1,4 @@
-"""Finds joints that hold the hand at a pose, by damped Newton steps within the joints' limits."""
+"""Solves inverse kinematics by damped Newton steps within the joints' limits."""
 
 from typing import Protocol
 
@@ -10,14 +10,14 @@ from servoid.servo.law.moving import change_between
 
 _DAMPING = 1e-3
 _TINY = 1e-9
-_STEP = 0.3  # rad: no step turns a joint farther
+_STEP = 0.3  # rad: maximum step of a joint
 _STEPS = 150
 _REACHED = 1e-6  # m and rad
-_STALLED = 1e-3  # of what is left: a step so short leads nowhere, as a limit is in its way
+_STALLED = 1e-3  # share of the remaining error: shorter steps are blocked by a limit
 
 
 class Chain(Protocol):
-    """What an arm tells of its geometry; see `Arm`."""
+    """The geometry of an arm; see `Arm`."""
 
     @property
     def joints(self) -> Joints:
@@ -25,7 +25,7 @@ class Chain(Protocol):
         ...
 
     def world_from_hand(self, positions: Floats) -> Pose:
-        """Return where the hand is with the joints at these positions."""
+        """Return the pose of the hand for these joint positions."""
         ...
 
     def jacobian(self, positions: Floats) -> Floats:
@@ -36,9 +36,9 @@ class Chain(Protocol):
 def stepped(
     arm: Chain, positions: Floats, world_from_goal: Pose, free: slice
 ) -> tuple[Floats, float]:
-    """Return joints (N,) one step nearer to a goal, and how far they were from it, in m and rad.
+    """Return joints (N,) one step nearer to a goal, and their former distance, in m and rad.
 
-    Only the `free` joints turn.
+    Only the `free` joints move.
     """
     change = change_between(arm.world_from_hand(positions), world_from_goal)
     error = float(np.abs(change).max())
@@ -57,9 +57,9 @@ def stepped(
 def reached(
     arm: Chain, world_from_goal: Pose, start: Floats, free: slice | None = None
 ) -> Floats | None:
-    """Return joints (N,) within their limits that hold the hand at a goal, None if none are found.
+    """Return joints (N,) within their limits with the hand at a goal, None if none are found.
 
-    The way begins at `start` (N,); only the `free` joints turn, all of the hand's if left out.
+    The search starts at `start` (N,); only the `free` joints move, by default all of the hand's.
     """
     free = free or slice(0, arm.joints.hand_count)
     positions = np.clip(start, arm.joints.lower, arm.joints.upper)

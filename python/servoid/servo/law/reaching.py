@@ -1,4 +1,4 @@
-"""Notices that a goal is out of reach, or that the arm cannot move the way to it."""
+"""Detects that a goal is out of reach, or that a singular arm cannot move towards it."""
 
 import numpy as np
 
@@ -8,17 +8,17 @@ from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.reach import stepped
 from servoid.servo.settings import JointSettings
 
-_CLOSE = 1e-3  # m and rad: so near to the goal joints hold the hand there
-_STEPS = 3  # of the search for such joints, each tick
-_ANEW = 40  # steps after which it begins anew where the arm is
-_PATIENCE_S = 0.15  # after which what holds is told
-_LOST = 0.03  # m/s or so of a desired velocity that a singular pose may swallow
+_CLOSE = 1e-3  # m and rad: distance below which joints count as a solution
+_STEPS = 3  # search steps per period
+_ANEW = 40  # steps after which the search restarts at the arm's positions
+_PATIENCE_S = 0.15  # time after which a persistent state is reported
+_LOST = 0.03  # m/s or so of a desired velocity that a singular pose may suppress
 
 
 class Reaching:
-    """Seeks joints for the goal, a few steps each tick, and tells when none are found.
+    """Searches joints for the goal, some steps per period, and reports if none are found.
 
-    What it tells has held for a while, so that one wild estimate says nothing.
+    It reports only what has persisted for a while, so that a single outlier has no effect.
     """
 
     def __init__(self, arm: Arm, settings: JointSettings) -> None:
@@ -31,14 +31,14 @@ class Reaching:
         self._since: dict[Reason, float] = {}
 
     def forget(self) -> None:
-        """Begin anew, after a time without a goal."""
+        """Reset, after a time without a goal."""
         self._found = None
         self._since.clear()
 
     def reasons(
         self, state: JointState, jacobian: Floats, twist: Floats, world_from_goal: Pose
     ) -> frozenset[Reason]:
-        """Return why the hand does not come to a goal, to which it would go by a `twist` (6,).
+        """Return why the hand does not reach a goal, towards which its velocity is `twist` (6,).
 
         `jacobian` is (6, n), of the hand's joints.
         """
@@ -56,7 +56,7 @@ class Reaching:
         )
 
     def _holds(self, positions: Floats, world_from_goal: Pose) -> bool:
-        """Say if joints are known, not far from the last ones, that hold the hand at a goal."""
+        """Return whether joints near the last ones are known that place the hand at a goal."""
         if self._found is None or self._sought > _ANEW:
             self._found, self._sought = positions, 0
         for _ in range(_STEPS):
@@ -68,10 +68,10 @@ class Reaching:
         return False
 
     def _swallowed(self, jacobian: Floats, twist: Floats) -> float:
-        """Return how much of a velocity lies in directions that the arm has nearly lost."""
+        """Return the part of a velocity in nearly singular directions of the arm."""
         weighted = self._weights[:, None] * jacobian
         squares, axes = exact.eigh(exact.product(weighted, weighted.T))
-        # An arm of fewer than six joints lacks directions everywhere.
+        # An arm of fewer than six joints is singular everywhere.
         lacking = len(weighted) - min(weighted.shape)
         sizes = np.sqrt(np.maximum(squares, 0.0))
         lack = np.maximum(0.0, 1.0 - sizes / self._damped_below)

@@ -1,4 +1,4 @@
-"""Between the loop and a real arm's joints: commands that end at rest, over a socket."""
+"""Connects the loop to a real arm's driver over a socket, with commands that end at rest."""
 
 from servoid.servo.link.lines import Address, listening
 from servoid.servo.link.linked_arm import ArmModel, LinkedArm

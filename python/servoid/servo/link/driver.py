@@ -1,4 +1,4 @@
-"""A loop's side of the socket to an arm's driver."""
+"""The loop's side of the connection to an arm's driver."""
 
 import select
 import time
@@ -21,25 +21,25 @@ from servoid.servo.link.messages import (
 from servoid.servo.link.settings import LinkSettings
 
 _RETRY_S = 0.05
-_MOST = 4096  # lines that are read at once
+_MOST = 4096  # maximum number of lines read at once
 
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """What a driver said of its joints, and when that was read, by this process's own clock."""
+    """A state that the driver sent, and the time of this process's clock at which it was read."""
 
     state: State
     read_s: float
 
 
 class Driver:
-    """A driver to which this process is connected."""
+    """A connection to a driver."""
 
     def __init__(self, address: Address, settings: LinkSettings) -> None:
-        """Connect to a driver, which may be about to begin.
+        """Connect to a driver, which may still be starting.
 
         Raises:
-            ServoError: no driver answers, it is busy, or speaks another version.
+            ServoError: no driver answers, it is busy, or has another protocol version.
 
         """
         self.place: str = shown(address)
@@ -53,10 +53,10 @@ class Driver:
             raise
 
     def start(self) -> str:
-        """Begin a session once the joints rest, and return its name.
+        """Start a session once the joints are at rest, and return its name.
 
         Raises:
-            ServoError: the driver does not start in time, or has gone.
+            ServoError: the driver does not start in time, or is gone.
 
         """
         until, asked = time.monotonic() + self._settings.patience_s, ""
@@ -70,23 +70,23 @@ class Driver:
             if time.monotonic() > until:
                 if told.stopped:
                     raise ServoError(
-                        f"the arm at {self.place} is in a protective stop; see what it hit, bring "
-                        "it free, and reset it on its own controller"
+                        f"the arm at {self.place} is in a protective stop; remove what it hit, and "
+                        "reset it on its own controller"
                     )
                 raise ServoError(
                     f"the arm's driver at {self.place} did not start within "
-                    f"{self._settings.patience_s:g} s; its joints must rest before they may move"
+                    f"{self._settings.patience_s:g} s; its joints must be at rest for a start"
                 )
 
     def send(self, message: FromLoop) -> bool:
-        """Send a message, or return False if the driver has gone or lags far behind."""
+        """Send a message; return False if the driver is gone or lags far behind."""
         return self._lines.send(line_of(message))
 
     def listen(self) -> Heard:
-        """Wait for a state, and return the newest that has come.
+        """Wait for a state, and return the newest that has arrived.
 
         Raises:
-            ServoError: none comes, or the connection is over.
+            ServoError: none arrives, or the connection is closed.
 
         """
         while True:
@@ -96,10 +96,10 @@ class Driver:
                 return self.heard
 
     def newest(self) -> Heard:
-        """Return the newest state that has come, without waiting for another.
+        """Return the newest state that has arrived, without waiting.
 
         Raises:
-            ServoError: the connection is over.
+            ServoError: the connection is closed.
 
         """
         while not self._lines.closed and select.select([self._lines.socket], [], [], 0.0)[0]:
@@ -111,19 +111,19 @@ class Driver:
         self._lines.close()
 
     def _messages(self) -> list[FromDriver]:
-        """Return what came since the last time, at least one message."""
+        """Wait for messages, and return those since the last call, at least one."""
         until = time.monotonic() + self._settings.silence_s
         while not (lines := self._lines.taken(_MOST)):
             left = until - time.monotonic()
             if self._lines.closed:
                 raise ServoError(
-                    f"the connection to the arm's driver at {self.place} is over: "
-                    f"{self._lines.closed}; see what became of the driver, and connect again"
+                    f"the connection to the arm's driver at {self.place} is closed: "
+                    f"{self._lines.closed}; check the driver, and connect again"
                 )
             if not select.select([self._lines.socket], [], [], max(left, 0.0))[0] and left <= 0.0:
                 raise ServoError(
-                    f"the arm's driver at {self.place} has said nothing for "
-                    f"{self._settings.silence_s:g} s; see if it hangs"
+                    f"the arm's driver at {self.place} has sent nothing for "
+                    f"{self._settings.silence_s:g} s; check whether it hangs"
                 )
         return [from_driver(line) for line in lines]
 

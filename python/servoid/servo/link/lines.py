@@ -7,8 +7,8 @@ from servoid.errors import ServoError
 
 Address = tuple[str, int] | str | Path
 _CHUNK = 1 << 16
-_LONGEST = 1 << 16  # bytes of a line
-_WAITING = 1 << 18  # bytes that were sent and not yet taken up by the other side
+_LONGEST = 1 << 16  # maximum bytes of a line
+_WAITING = 1 << 18  # bytes that the other side has not received yet
 
 
 def listening(address: Address) -> socket.socket:
@@ -41,7 +41,7 @@ def connected(address: Address, timeout_s: float) -> socket.socket:
     """Return a socket that is connected to an address.
 
     Raises:
-        OSError: nobody answers there.
+        OSError: no process answers there.
 
     """
     kind, place = _resolved(address)
@@ -58,22 +58,22 @@ def connected(address: Address, timeout_s: float) -> socket.socket:
 
 
 def shown(address: Address) -> str:
-    """Return an address as it is written."""
+    """Return an address as text."""
     return f"{address[0]}:{address[1]}" if isinstance(address, tuple) else str(address)
 
 
 class Lines:
-    """The lines that come over a socket, and those that go out; nothing of it waits."""
+    """Receives and sends lines over a socket, without blocking."""
 
     def __init__(self, connection: socket.socket) -> None:
         connection.setblocking(False)
         self.socket = connection
-        self.closed: str = ""  # why, once it is
+        self.closed: str = ""  # the reason, once it is closed
         self._come, self._going = bytearray(), bytearray()
 
     def taken(self, most: int) -> list[bytes]:
-        """Return lines that came, the oldest first, at most so many; the others wait."""
-        self.flush()  # who listens only has something to send, too
+        """Return received lines, the oldest first, at most `most`; the others stay queued."""
+        self.flush()  # also sends what is still queued
         while not self.closed and len(self._come) < _LONGEST:
             try:
                 chunk = self.socket.recv(_CHUNK)
@@ -94,7 +94,7 @@ class Lines:
         return found
 
     def send(self, line: bytes) -> bool:
-        """Send a line, or return False if the other side takes up too few of them."""
+        """Send a line; return False if the other side receives too slowly."""
         self.flush()
         if self.closed or len(self._going) > _WAITING:
             return False
@@ -115,7 +115,7 @@ class Lines:
             del self._going[:sent]
 
     def close(self) -> None:
-        """Close the socket; lines that came before can still be taken."""
+        """Close the socket; lines received before remain available."""
         self._close("it was closed on this side")
 
     def _close(self, why: str) -> None:

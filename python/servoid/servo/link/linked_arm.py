@@ -1,4 +1,4 @@
-"""An arm that is driven over a socket: what the loop holds of it."""
+"""An arm that is driven over a socket, as the loop uses it."""
 
 import time
 from types import TracebackType
@@ -26,11 +26,11 @@ class ArmModel(Protocol):
 
     @property
     def eyes(self) -> Eyes | None:
-        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        """Return the joints of the cameras, None if the cameras are fixed to the hand."""
         ...
 
     def world_from_hand(self, positions: Floats) -> Pose:
-        """Return where the hand is with the joints at these positions."""
+        """Return the pose of the hand for these joint positions."""
         ...
 
     def jacobian(self, positions: Floats) -> Floats:
@@ -38,16 +38,16 @@ class ArmModel(Protocol):
         ...
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
-        """Return where each camera is with the joints at these positions."""
+        """Return the pose of each camera for these joint positions."""
         ...
 
 
 class LinkedArm:
-    """Implements `Arm` over a socket to its driver; a context, inside which the arm may move.
+    """Implements `Arm` over a socket to its driver; a context manager, in which the arm may move.
 
-    Each command is a motion that ends at rest, so that the arm stops when nothing more comes. The
-    joints' limits are the driver's. A session that the driver ended is not begun anew by itself:
-    that takes another `start`.
+    Each command is a motion that ends at rest, so that the arm stops without further commands. The
+    joints' limits are those of the driver. After the driver has ended a session, the arm moves
+    again only after another `start`.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class LinkedArm:
         *,
         period_s: float = 0.008,
     ) -> None:
-        """Connect to the driver at an address; nothing moves yet.
+        """Connect to the driver at an address, without moving.
 
         Raises:
             ServoError: no driver answers, it is busy, or it drives other joints than the model's,
@@ -94,12 +94,12 @@ class LinkedArm:
 
     @property
     def eyes(self) -> Eyes | None:
-        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        """Return the joints of the cameras, None if the cameras are fixed to the hand."""
         return self._model.eyes
 
     @property
     def solid(self) -> Solid | None:
-        """Return what knows the arm's shape, None if the model does not."""
+        """Return the arm's shape, None if the model has none."""
         return self._model.solid if isinstance(self._model, Shaped) else None
 
     @property
@@ -109,11 +109,11 @@ class LinkedArm:
 
     @property
     def told(self) -> State:
-        """Return what the driver said last."""
+        """Return the driver's last state."""
         return self._driver.heard.state
 
     def world_from_hand(self, positions: Floats) -> Pose:
-        """Return where the hand is with the joints at these positions."""
+        """Return the pose of the hand for these joint positions."""
         return self._model.world_from_hand(positions)
 
     def jacobian(self, positions: Floats) -> Floats:
@@ -121,28 +121,28 @@ class LinkedArm:
         return self._model.jacobian(positions)
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
-        """Return where each camera is with the joints at these positions."""
+        """Return the pose of each camera for these joint positions."""
         return self._model.world_from_cameras(positions)
 
     def now_s(self) -> float:
-        """Return what time it is on the driver's clock, to stamp images by; in any thread."""
+        """Return the time of the driver's clock, for stamping images; thread-safe."""
         heard = self._driver.heard
         return _number(heard.state.time_s) + time.monotonic() - heard.read_s
 
     def start(self) -> None:
-        """Let the arm move, once its joints rest.
+        """Let the arm move, once its joints are at rest.
 
         Raises:
-            ServoError: the driver does not start in time, or has gone.
+            ServoError: the driver does not start in time, or is gone.
 
         """
         self._session, self._number = self._driver.start(), 0
 
     def state(self) -> JointState:
-        """Return what the joints do now.
+        """Return the present state of the joints.
 
         Raises:
-            ServoError: the connection is over.
+            ServoError: the connection is closed.
 
         """
         told = self._driver.newest().state
@@ -154,14 +154,13 @@ class LinkedArm:
         )
 
     def command(self, velocities: Floats) -> None:
-        """Have the joints turn at (N,) rad/s, and come to rest if nothing more is commanded.
+        """Command the joint speeds (N,) in rad/s; without another command, the joints come to rest.
 
-        It returns when a control period has passed, by the driver's clock, since the state that
-        was read last.
+        It returns one control period, by the driver's clock, after the state that was read last.
 
         Raises:
-            ServoError: there are not N velocities, or one of them is no number; the arm was not
-                started, the driver ended the session, is silent, or has gone.
+            ServoError: there are not N velocities, or one of them is not finite; the arm was not
+                started, the driver ended the session, is silent, or is gone.
 
         """
         wanted = np.asarray(velocities, dtype=np.float64)
@@ -178,12 +177,12 @@ class LinkedArm:
             self._driver.listen()
             if time.monotonic() - begun > self._period_s + self._settings.silence_s:
                 raise ServoError(
-                    f"the arm's driver at {self._driver.place} says states, but its clock does not "
-                    f"go on from {stamp_s:g} s; the arm comes to rest"
+                    f"the arm's driver at {self._driver.place} sends states, but its clock does "
+                    f"not advance from {stamp_s:g} s; the arm comes to rest"
                 )
 
     def close(self) -> None:
-        """Close the connection; a motion that was begun comes to its rest."""
+        """Close the connection; the present motion is completed."""
         self._driver.close()
 
     def _message(self, velocities: Floats, stamp_s: float) -> MotionCommand:
@@ -202,13 +201,13 @@ class LinkedArm:
             raise ServoError("the arm was not started; enter its context, or call start()")
         if told.session != self._session:
             raise ServoError(
-                f"the arm's driver has ended the session: {told.ended or 'it was started anew'}; "
+                f"the arm's driver has ended the session: {told.ended or 'it was restarted'}; "
                 "the arm comes to rest, and moves again after another start()"
             )
 
 
 def _joints(driver: Driver, model: ArmModel, period_s: float) -> Joints:
-    """Return the driver's joints, which must be those of the model."""
+    """Return the driver's joints, and check that they are those of the model."""
     welcome, joints = driver.welcome, model.joints
     if tuple(welcome.names) != joints.names or welcome.hand_count != joints.hand_count:
         raise ServoError(

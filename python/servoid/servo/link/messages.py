@@ -1,15 +1,15 @@
-"""What the loop and an arm's driver say to each other: one JSON object a line.
+"""The messages between the loop and an arm's driver: one JSON object per line.
 
 | type | who | meaning |
 |---|---|---|
-| `welcome` | driver | once, when a loop has connected: which joints there are, and how it counts |
-| `start` | loop | let the arm move: answers the `session` that the driver's states show |
-| `command` | loop | a motion that ends at rest, begun at `stamp_s` |
-| `state` | driver | once in each of its periods: what the joints do, and what it made of commands |
+| `welcome` | driver | once, when a loop has connected: the joints and their limits |
+| `start` | loop | lets the arm move: repeats the `session` of the driver's states |
+| `command` | loop | a motion from `stamp_s` on that ends at rest |
+| `state` | driver | once per period: the joints' state, and the status of commands |
 | `busy` | driver | another loop is driving; the connection is closed |
 
 All times are those of the driver's clock. `stamp_s` of a command is `time_s` of the state that it
-answers, so that no clocks need be compared.
+answers, so that no clocks need to be compared.
 """
 
 from enum import Enum
@@ -20,7 +20,7 @@ import msgspec
 from servoid.errors import ServoError
 
 VERSION = 1
-Number = float | None  # JSON has no other word for what is no number
+Number = float | None  # null in JSON, for values that are not finite
 
 
 class Phase(Enum):
@@ -31,7 +31,7 @@ class Phase(Enum):
 
 
 class Welcome(msgspec.Struct, frozen=True, tag="welcome", kw_only=True):
-    """Tells a loop which joints there are: limits are (N,) in rad, rad/s, rad/s² and rad/s³."""
+    """Describes the joints to a loop: limits are (N,) in rad, rad/s, rad/s² and rad/s³."""
 
     version: int
     names: list[str]
@@ -64,13 +64,13 @@ class MotionCommand(msgspec.Struct, frozen=True, tag="command", kw_only=True):
 
 
 class State(msgspec.Struct, frozen=True, tag="state", kw_only=True):
-    """What the joints do, (N,) in rad and rad/s, and what the driver made of the commands.
+    """The state of the joints, (N,) in rad and rad/s, and the status of the commands.
 
-    `resting` says if the joints are told to rest and no motion is under way, as a start asks for.
-    `accepted` is the number of the last command that counts, 0 before the first of a session;
-    `missing` how many numbers before it never came, `refused` how many commands were refused by
-    reason, and `ended` why the last session is over. `stopped` says that the arm is in a protective
-    stop, in which no session starts.
+    `resting` is true if the commanded speeds are zero and no motion is in progress, as a start
+    requires. `accepted` is the number of the last accepted command, 0 before the first of a
+    session; `missing` the count of numbers before it that never arrived, `refused` the count of
+    refused commands by reason, and `ended` why the last session ended. `stopped` is true during a
+    protective stop, in which no session starts.
     """
 
     session: str
@@ -105,7 +105,7 @@ def line_of(message: Any) -> bytes:
 
 
 def from_loop(line: bytes) -> FromLoop | None:
-    """Return what a loop said, None if it is no message."""
+    """Parse a message of a loop, None if it is malformed."""
     try:
         return _FROM_LOOP.decode(line)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
@@ -113,10 +113,10 @@ def from_loop(line: bytes) -> FromLoop | None:
 
 
 def from_driver(line: bytes) -> FromDriver:
-    """Return what a driver said.
+    """Parse a message of a driver.
 
     Raises:
-        ServoError: it is no message.
+        ServoError: it is malformed.
 
     """
     try:
@@ -124,6 +124,6 @@ def from_driver(line: bytes) -> FromDriver:
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as reason:
         shown = line[:80].decode(errors="replace")
         raise ServoError(
-            f"the arm's driver said what is no message: {shown!r} ({reason}); is it a driver of "
+            f"the arm's driver sent an invalid message: {shown!r} ({reason}); is it a driver of "
             f"servoid's protocol, version {VERSION}?"
         ) from reason

@@ -1,7 +1,7 @@
-"""The joints' side of the link: which commands count, and what the joints are told meanwhile.
+"""The driver's side of the protocol: decides which commands are valid, and drives the joints.
 
-It knows no socket and no clock but the times that it is given, so that a driver in any language
-can copy it, and tests can try it step by step.
+It uses no socket and no clock of its own, so that a driver in any language can reproduce it, and
+tests can run it step by step.
 """
 
 import secrets
@@ -18,31 +18,31 @@ from servoid.servo.link.stopping import StoppingTrajectory
 
 
 class Refusal(Enum):
-    """Why a message does not count; the value is a sentence."""
+    """Why a message is refused; the value is a message for the user."""
 
     NO_MESSAGE = "the line is no message"
     NOT_STARTED = "the session was not started"
-    OTHER_SESSION = "the session is over, or another driver's"
-    MOVING = "the joints still move; start when they rest"
+    OTHER_SESSION = "the session has ended, or belongs to another driver"
+    MOVING = "the joints still move; start when they are at rest"
     OLD_NUMBER = "its number came before"
-    OLD_STAMP = "it answers a state that is too long ago"
-    EARLY_STAMP = "it answers a state that is yet to come"
-    NO_MOTION = "its motion cannot be driven"
-    NO_TIME = "the joints' clock says no number"
+    OLD_STAMP = "it answers a state that is too old"
+    EARLY_STAMP = "it answers a state of the future"
+    NO_MOTION = "its motion is not valid"
+    NO_TIME = "the joints' clock is not finite"
     STOPPED = "the arm is in a protective stop; reset it first"
 
 
 class CommandReceiver:
-    """Drives joints by the newest command that counts, and lets them come to rest when none comes.
+    """Drives joints by the newest valid command, and brings them to rest without one.
 
-    Commands count in a session only, which the loop starts by its name while the joints rest. The
-    session ends when a command's motion has ended and no other came, or when the connection does:
-    then the motion that was begun still comes to its rest, nothing else counts, and the next
-    session has another name. A driver that starts anew has another name, too.
+    Commands are valid in a session only, which the loop starts by its name while the joints are at
+    rest. The session ends when a command's motion ends without another command, or with the
+    connection: the present motion is then completed, all else is refused, and the next session has
+    another name. A restarted driver uses other names, too.
     """
 
     def __init__(self, joints: Joints, period_s: float, settings: LinkSettings) -> None:
-        """Take joints at rest, which are told speeds every `period_s` seconds."""
+        """Take joints at rest, which get speeds every `period_s` seconds."""
         self._joints, self._settings = joints, settings
         self._step = joints.acceleration * period_s
         self._reaction_s = 2.0 * period_s
@@ -63,17 +63,17 @@ class CommandReceiver:
         self.missing: int = 0
 
     def end(self, why: str) -> None:
-        """Let nothing count any more; a motion that was begun comes to its rest."""
+        """End the session; the present motion is completed."""
         if self.phase is Phase.RUNNING:
             self._open(why)
 
     def brake(self, why: str) -> None:
-        """Bring the joints to rest at once, as hard as they may, and let nothing count any more."""
+        """End the session, and brake the joints at once, as hard as their limits allow."""
         self._motion = None
         self.end(why)
 
     def take(self, message: FromLoop | None, state: JointState) -> Refusal | None:
-        """Take what the loop said, None if it is no message; return why it does not count."""
+        """Process a message, None if it is malformed; return why it is refused."""
         if isinstance(message, Start):
             refusal = self._start(message, state)
         elif isinstance(message, MotionCommand):
@@ -85,7 +85,7 @@ class CommandReceiver:
         return refusal
 
     def speeds(self, state: JointState) -> Floats:
-        """Return the speeds (N,) for the next period; within all limits, whatever was commanded."""
+        """Return the speeds (N,) for the next period, within all limits for any command."""
         wanted = np.zeros(len(self._speeds))
         positions = np.asarray(state.positions, np.float64)
         goes_on = state.time_s > self._heard_s
@@ -95,7 +95,7 @@ class CommandReceiver:
             self.brake("the arm is in a protective stop")
         if np.isfinite(state.time_s):
             self._heard_s = state.time_s
-        # By a clock that stands no motion would end.
+        # With a stopped clock, no motion would end.
         usable = goes_on and np.isfinite([state.time_s, *positions]).all()
         if self._motion is not None and usable:
             wanted = self._motion.at(state.time_s - self._begun_s)
@@ -107,7 +107,7 @@ class CommandReceiver:
 
     @property
     def is_at_rest(self) -> bool:
-        """Say if the joints are told to rest, and no motion is under way."""
+        """Return whether the commanded speeds are zero, and no motion is in progress."""
         moves = self._motion is not None and bool(self._motion.speeds.any())
         return not self._speeds.any() and not moves
 
@@ -145,10 +145,10 @@ class CommandReceiver:
         return None
 
     def _bounded(self, wanted: Floats, positions: Floats) -> Floats:
-        """Return the nearest speeds that no limit forbids; accelerations come last."""
+        """Return the nearest speeds within the limits; those of acceleration rank last."""
         joints = self._joints
         room = np.array([positions - joints.lower, joints.upper - positions])
-        room = np.where(np.isnan(room), 0.0, room)  # where it is, nobody knows
+        room = np.where(np.isnan(room), 0.0, room)  # its position is unknown
         down, up = stoppable_speed(room, joints.acceleration, self._reaction_s)
         allowed = np.clip(wanted, np.maximum(-joints.speed, -down), np.minimum(joints.speed, up))
         return np.clip(allowed, self._speeds - self._step, self._speeds + self._step)

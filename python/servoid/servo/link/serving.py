@@ -1,4 +1,4 @@
-"""Drives an arm in a process of its own, by the commands that come over a socket."""
+"""Drives an arm in a process of its own, by the commands that arrive over a socket."""
 
 import socket
 from collections.abc import Callable
@@ -13,11 +13,11 @@ from servoid.servo.link.messages import VERSION, Busy, Phase, State, Welcome, fr
 from servoid.servo.link.receiver import CommandReceiver
 from servoid.servo.link.settings import LinkSettings
 
-_MOST = 64  # messages in a period; others wait, and grow old
+_MOST = 64  # messages processed in a period; others stay queued
 
 
 class DrivenJoints(Protocol):
-    """What a driver needs of an arm: four members of `Arm`."""
+    """The part of `Arm` that a driver needs."""
 
     @property
     def joints(self) -> Joints:
@@ -26,21 +26,21 @@ class DrivenJoints(Protocol):
 
     @property
     def period_s(self) -> float:
-        """Return for how long a command lasts, in seconds."""
+        """Return the duration of a command in seconds."""
         ...
 
     def state(self) -> JointState:
-        """Return what the joints do now."""
+        """Return the present state of the joints."""
         ...
 
     def command(self, velocities: Floats) -> None:
-        """Have the joints turn at (N,) rad/s, and return one period later."""
+        """Command the joint speeds (N,) in rad/s, and return one period later."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class DriverStep:
-    """One period of a driver: what the joints did, and the speeds (N,) that they are told now."""
+    """One period of a driver: the joints' state, and the commanded speeds (N,)."""
 
     state: JointState
     speeds: Floats
@@ -57,8 +57,8 @@ def serve_arm(
 ) -> None:
     """Drive an arm at rest, one loop at a time, until `is_over`; then bring it to rest.
 
-    `listener` is what `listening` returns. The arm's `command` paces the driver, as it returns a
-    period later. `watch` is called in every period.
+    `listener` is a socket from `listening`. The arm's `command` sets the driver's pace, as it
+    returns one period later. `watch` is called in every period.
     """
     settings = settings or LinkSettings()
     receiver = CommandReceiver(arm.joints, arm.period_s, settings)
@@ -91,14 +91,14 @@ def _brake(
     receiver: CommandReceiver,
     watch: Callable[[DriverStep], None],
 ) -> None:
-    """Bring the arm to rest, even if who watches fails; that is raised then."""
+    """Bring the arm to rest, even if the callback raises; its error is raised afterwards."""
     failed: Exception | None = None
     while not receiver.is_at_rest:
         step = _step(arm, connection, receiver)
         try:
             if failed is None:
                 watch(step)
-        except Exception as error:  # whatever it is, the arm comes first
+        except Exception as error:  # the arm is stopped first
             failed = error
         arm.command(step.speeds)
     if failed is not None:
@@ -106,7 +106,7 @@ def _brake(
 
 
 class _Connection:
-    """The loop that is connected, if there is one."""
+    """The connected loop, if any."""
 
     def __init__(
         self, arm: DrivenJoints, listener: socket.socket, receiver: CommandReceiver
@@ -116,7 +116,7 @@ class _Connection:
         self._welcome = line_of(_welcome(arm))
 
     def hear(self, state: JointState) -> None:
-        """Take up what came, but no more than a period's work."""
+        """Process received messages, but at most one period's share."""
         self._read(state)
         self._accept()
 
@@ -126,11 +126,11 @@ class _Connection:
         for line in self._lines.taken(_MOST):
             self._receiver.take(from_loop(line), state)
         if self._lines.closed:
-            self._receiver.end(f"the connection is over: {self._lines.closed}")
+            self._receiver.end(f"the connection is closed: {self._lines.closed}")
             self._lines = None
 
     def tell(self, told: State) -> None:
-        """Tell the loop what the joints do, unless it does not listen."""
+        """Send the joints' state to the loop, if it is connected."""
         if self._lines is not None:
             self._lines.send(line_of(told))
 
@@ -143,7 +143,7 @@ class _Connection:
     def _accept(self) -> None:
         try:
             connection, _ = self._listener.accept()
-        except OSError:  # nobody asks
+        except OSError:  # no loop connects
             return
         lines = Lines(connection)
         if self._lines is not None and self._receiver.phase is Phase.RUNNING:
@@ -151,7 +151,7 @@ class _Connection:
             lines.close()
             return
         if self._lines is not None:
-            self._lines.close()  # it drives no more, and may never have heard of it
+            self._lines.close()  # the loop is no longer driving, and may not know it
         if connection.family == socket.AF_INET:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._lines = lines

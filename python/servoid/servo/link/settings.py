@@ -1,4 +1,4 @@
-"""How long commands are valid, and how long either side waits for the other."""
+"""Declares how long commands are valid, and how long either side waits for the other."""
 
 from typing import Annotated
 
@@ -9,7 +9,7 @@ from servoid.errors import ServoError, ServoidError
 
 
 class LinkSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How an arm is driven over a socket."""
+    """The settings of the connection to an arm's driver."""
 
     def refusal(self, message: str) -> ServoidError:
         """Return the error that refuses a value."""

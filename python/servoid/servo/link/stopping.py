@@ -1,4 +1,4 @@
-"""Short motions of joints that end at rest, so that silence stops an arm."""
+"""Short motions of joints that end at rest, so that an arm without further commands stops."""
 
 from dataclasses import dataclass
 
@@ -9,8 +9,8 @@ from servoid.servo.link.settings import LinkSettings
 from servoid.words import counted
 
 _ROUNDED = 1.0 + 1e-6
-_SHORTEST_S = 1e-3  # between two knots, so that slopes are not made of rounding errors
-_SLACK_S = 0.01  # for motions so slow that they are over at once
+_SHORTEST_S = 1e-3  # minimum between two knots, so that rounding errors do not determine slopes
+_SLACK_S = 0.01  # tolerance for very slow motions, which end at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +28,9 @@ class StoppingTrajectory:
     def after(
         cls, velocities: Floats, joints: Joints, settings: LinkSettings
     ) -> "StoppingTrajectory":
-        """Make one that holds speeds (N,) for `settings.hold_s` and brakes.
+        """Return a motion that keeps speeds (N,) for `settings.hold_s` and then brakes.
 
-        The joints of the hand come to rest together, along their way, and so do those of the eyes.
+        The joints of the hand stop together, along their path, and so do those of the cameras.
         """
         deceleration = settings.braking_share * joints.acceleration
         hand = np.arange(len(velocities)) < joints.hand_count
@@ -49,12 +49,12 @@ class StoppingTrajectory:
 
     @classmethod
     def resting(cls, count: int, seconds: float) -> "StoppingTrajectory":
-        """Make one of `count` joints that rest for some time."""
+        """Return a motion of `count` joints that stay at rest."""
         return cls(np.array([0.0, seconds]), np.zeros((2, count)))
 
     @property
     def end_s(self) -> float:
-        """Return when all joints rest, after its beginning."""
+        """Return the time from the beginning until all joints are at rest."""
         return float(self.times_s[-1])
 
     def at(self, time_s: float) -> Floats:
@@ -70,26 +70,26 @@ class StoppingTrajectory:
         return self.speeds[before] + share * (self.speeds[after] - self.speeds[before])
 
     def fault(self, joints: Joints, hold_s: float) -> str | None:
-        """Return why it must not be driven, None if it may.
+        """Return why the motion must not be executed, None if it may.
 
-        Besides its form and the joints' limits it must brake in time: it rests at most `hold_s`,
-        10 ms, and twice the time that braking from its first speeds takes, after its beginning.
+        Besides its form and the joints' limits, it must brake in time: it ends at most `hold_s`,
+        10 ms, and twice the braking time from its first speeds after its beginning.
         """
         times, speeds = self.times_s, self.speeds
         if times.ndim != 1 or len(times) < 2 or speeds.shape != (len(times), len(joints.names)):
             needed = counted(len(joints.names), "speed")
             return f"{needed} at each of two times or more are needed"
         if not (np.isfinite(times).all() and np.isfinite(speeds).all()):
-            return "it holds numbers that are not finite"
+            return "it contains numbers that are not finite"
         if times[0] != 0.0 or not np.all(np.diff(times) > 0.0):
             return "its times must begin at 0 and increase"
         if speeds[-1].any():
             return "it does not end at rest"
         slopes = np.abs(np.diff(speeds, axis=0)) / np.diff(times)[:, None]
         if np.any(np.abs(speeds) > _ROUNDED * joints.speed):
-            return "it is faster than the joints may be"
+            return "it exceeds the joints' speed limits"
         if np.any(slopes > _ROUNDED * joints.acceleration):
-            return "it speeds up or brakes harder than the joints may"
+            return "it exceeds the joints' acceleration limits"
         braking_s = float(np.max(np.abs(speeds[0]) / joints.acceleration))
         longest = hold_s + _SLACK_S + 2.0 * braking_s
         if times[-1] > _ROUNDED * longest:
@@ -98,6 +98,6 @@ class StoppingTrajectory:
 
 
 def _braking_s(needed: Floats) -> float:
-    """Return the time in which joints brake together, of what each one needs."""
+    """Return the time in which joints brake together, from the times that each one needs."""
     longest = float(np.max(needed, initial=0.0))
     return max(longest, _SHORTEST_S) if longest > 0.0 else 0.0

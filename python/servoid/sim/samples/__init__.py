@@ -1,1 +1,1 @@
-"""Captures that are drawn: objects, scenes and how they move."""
+"""Rendered captures: objects, scenes and motions."""

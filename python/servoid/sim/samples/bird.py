@@ -53,7 +53,7 @@ _GAZE = np.array([np.cos(0.60), np.sin(0.60), -0.06])
 
 
 def _along_gaze(forward: float, left: float, up: float) -> Triple:
-    """Return the point that lies so far forward, left and up of the head's centre."""
+    """Return the point at an offset forward, left and up from the head's centre."""
     aside = np.array([-_GAZE[1], _GAZE[0], 0.0])
     x, y, z = _HEAD + forward * _GAZE + left * aside + np.array([0.0, 0.0, up])
     return float(x), float(y), float(z)
@@ -153,7 +153,7 @@ def paint(points: Array) -> Array:
 
 
 def _inside(points: Array, center: Triple, radius: float) -> Array:
-    """Return 1 inside a ball and 0 outside, with an edge as soft as a coat of paint."""
+    """Return 1 inside a ball and 0 outside, with a soft edge."""
     away: Array = np.sqrt(((points - np.asarray(center, np.float32)[:, None]) ** 2).sum(axis=0))
     cover: Array = (np.float32(radius) - away) * np.float32(1 / _PAINT_EDGE) + np.float32(0.5)
     return np.clip(cover, 0, 1).astype(np.float32, copy=False)

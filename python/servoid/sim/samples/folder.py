@@ -1,4 +1,4 @@
-"""Writes a sample's folder whole or not at all, and never over anything but a sample."""
+"""Writes a sample's folder completely or not at all, and replaces nothing but a sample."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from servoid import output
 from servoid.errors import OutputError
 
-MARK = "# servoid's own sample"  # how the capture.toml of every sample begins
+MARK = "# servoid's own sample"  # first line of the capture.toml of every sample
 
 _SAMPLE = output.FolderKind(
     "a sample",
@@ -20,11 +20,11 @@ _JPEG_QUALITY = 92
 
 
 def write_folder(directory: Path, fill: Callable[[Path], None]) -> None:
-    """Let `fill` write into a new folder, then put it in the place of `directory`.
+    """Let `fill` write into a new folder, then replace `directory` by it.
 
     Raises:
-        OutputError: `directory` holds something else than a sample or cannot be written; it stays
-            as it was.
+        OutputError: `directory` contains other files than a sample or cannot be written; it stays
+            unchanged.
 
     """
     output.write_folder(directory, fill, _SAMPLE)
@@ -34,7 +34,7 @@ def encode(kind: str, pixels: NDArray[np.uint8], quality: int = _JPEG_QUALITY) -
     """Return a grey or RGB image as the bytes of a .jpg or .png file.
 
     Raises:
-        OutputError: no such image can be made.
+        OutputError: the image cannot be encoded.
 
     """
     import cv2  # slow to import, and help texts do not need it

@@ -1,4 +1,4 @@
-"""How the moving sample moves: smooth ways of the toy, of the rig and of what passes before it."""
+"""The motions of the moving sample: smooth paths of the toy, of the rig and of the occluder."""
 
 import numpy as np
 
@@ -7,22 +7,24 @@ from servoid.sim.samples.drawing.convex import Floats
 
 RATE_HZ = 30.0
 
-_MIDDLE = np.array([0.0, 0.575, 0.155])  # of the toy's way, in the room
+_MIDDLE = np.array([0.0, 0.575, 0.155])  # of the toy's path, in the room
 _SWAY = np.array([0.060, 0.045, 0.030])  # metres to each side
 _SWAY_PERIODS = np.array([72.0, 110.0, 55.0])  # images
 _MOST_TURN_DEG, _TURN_PERIOD = 58.0, 130.0
 _FIRST_YAW_DEG = -35.0  # the toy's head is to the left and a little nearer
 
 WHOLE_TURN = 300  # images of a whole turn and back
-_HASTE = 0.95  # 1 would turn at one speed and reverse at once, 0 slow down as a sine does
-_HELD_SWAY = np.array([0.018, 0.014, 0.012])  # metres to each side, by a hand that turns the toy
+_HASTE = 0.95  # 1: constant speed and sudden reversal; 0: sinusoidal
+_HELD_SWAY = np.array(
+    [0.018, 0.014, 0.012]
+)  # metres to each side, by the hand that rotates the toy
 _HELD_PERIODS = np.array([97.0, 131.0, 73.0])  # images
 _LEAN_DEG, _LEAN_PERIODS = np.array([16.0, 11.0]), np.array([151.0, 103.0])
 
 _EYE_HEIGHT = 0.27
 _LEFT_OF_TOY = 0.05  # half the baseline: both cameras see the toy
-_PASS_DEPTH = 0.72  # of the way from the camera to the toy
-_PASS_SPAN = (0.2, 0.8)  # of the recording, in which the occluder comes and goes
+_PASS_DEPTH = 0.72  # share of the distance from the camera to the toy
+_PASS_SPAN = (0.2, 0.8)  # share of the recording in which the occluder passes
 _PASS_REACH = 0.36  # metres at the toy, to each side
 
 
@@ -41,10 +43,10 @@ def toy_pose(index: int, seed: int) -> Floats:
 
 
 def turning_pose(index: int, seed: int) -> Floats:
-    """Return the pose room_from_object (4, 4) of a toy that is turned all around, and back.
+    """Return the pose room_from_object (4, 4) of a toy that rotates once around, and back.
 
-    It turns about an upright axis that leans a little, as in a hand, 2 to 3 degrees an image; after
-    `WHOLE_TURN` images it is near where it began.
+    It rotates about a nearly vertical axis, as in a hand, by 2 to 3 degrees per image; after
+    `WHOLE_TURN` images it is near its initial pose.
     """
     phases = np.random.default_rng([seed, 4]).uniform(-0.6, 0.6, 5)
     way = np.arcsin(_HASTE * np.cos(2.0 * np.pi * index / WHOLE_TURN)) / np.arcsin(_HASTE)
@@ -78,7 +80,7 @@ def hand_rig(index: int, seed: int) -> Floats:
 
 
 def passing_pose(index: int, count: int, room_from_left: Floats, toy: Floats) -> Floats:
-    """Return the pose room_from_occluder (4, 4) of what passes before the toy, left to right.
+    """Return the pose room_from_occluder (4, 4) of the occluder, which moves from left to right.
 
     Its x is the camera's, its z the camera's up.
     """

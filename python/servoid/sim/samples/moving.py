@@ -1,4 +1,4 @@
-"""Writes the moving sample: a recording of a toy, and the truth about where it was."""
+"""Writes the moving sample: a recording of a toy, with its true poses."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path

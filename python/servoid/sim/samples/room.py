@@ -1,7 +1,7 @@
-"""The moving sample's surroundings: a table before a papered wall, with things that stand on it.
+"""The moving sample's surroundings: a table before a papered wall, with things on it.
 
-The room's frame: x right, y away from the camera, z up; the table's top is at z = 0. What stands
-about wears the colours of the snail.
+The room's frame: x right, y away from the camera, z up; the table's top is at z = 0. The things
+have the colours of the snail.
 """
 
 from functools import lru_cache, partial
@@ -35,7 +35,7 @@ LEVEL = 0.92
 
 @lru_cache(maxsize=4)
 def furnish(seed: int) -> tuple[Visual, ...]:
-    """Return the room; another seed stands other things about."""
+    """Return the room; another seed gives other things."""
     random = np.random.default_rng([seed, 1])
     parts = []
     for index in range(_POSTERS):
@@ -70,7 +70,7 @@ def _wall() -> Visual:
 
 
 def _stand(random: np.random.Generator, x: float, y: float) -> Convex:
-    """Return something that stands on the table at (x, y)."""
+    """Return a thing on the table at (x, y)."""
     kind, yaw = random.integers(0, 4), random.uniform(-40.0, 40.0)
     if kind == 0:
         radius = random.uniform(0.035, 0.065)
@@ -116,7 +116,7 @@ def _wood(points: Floats) -> Floats:
 
 
 def _wallpaper(points: Floats) -> Floats:
-    """Return pale paper with faded stripes and lumps."""
+    """Return pale paper with faded stripes and blotches."""
     painted = patterns.plain((0.72, 0.70, 0.62), points.shape[1])
     painted = patterns.coat(painted, 0.35 * patterns.stripes(points[0], 0.09), snail.TEAL)
     return patterns.mottle(painted, points, 0.06, 0.3, seed=33)

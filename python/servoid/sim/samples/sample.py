@@ -1,4 +1,4 @@
-"""Writes the sample: a capture, as a person would have taken it, of an object made here."""
+"""Writes the sample: a rendered capture of a painted bird."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The moving scene: a toy snail that moves before a stereo rig, or rests while the rig moves."""
+"""The scene of the moving sample: a toy snail and a stereo rig, one of which moves."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,12 +23,12 @@ _SAMPLES = {"small": 3, "full": 2}  # rays along a pixel's side
 _SENSOR_NOISE = 1.4  # standard deviation in grey levels
 _GRAY_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 _RULER_TEXEL = 4e-4  # metres
-_AWAY = np.eye(4) - 100.0 * np.eye(4, k=3)  # metres: where nobody sees it
+_AWAY = np.eye(4) - 100.0 * np.eye(4, k=3)  # metres: out of sight
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """What a moving recording shows; the same scenario gives the same bits.
+    """The options of a moving recording; the same scenario gives the same bits.
 
     `size` is small (320 x 240) or full (640 x 480); `turn`: the toy is turned all around and back,
     in `WHOLE_TURN` images; `occluder`: something passes over a third of the
@@ -52,17 +52,17 @@ class Scenario:
         if self.size not in SIZES_PX:
             raise ValueError(f"unknown size '{self.size}'; choose one of {', '.join(SIZES_PX)}")
         if self.seed < 0:
-            raise ValueError(f"{self.seed} is no seed; choose 0 or more")
+            raise ValueError(f"{self.seed} is not a seed; choose 0 or more")
         if self.turn and self.hand:
             raise ValueError("the toy rests where a hand moves the rig; leave turn or hand out")
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """One observation: an image (H, W, 3) or (H, W) uint8 of each camera, RGB, and what is true.
+    """One observation: an image (H, W, 3) or (H, W) uint8 of each camera, RGB, and ground truth.
 
-    `mask` (H, W) uint8 is 255 where the left camera sees the toy, and `hidden` is the share of the
-    toy that the occluder takes from it.
+    `mask` (H, W) uint8 is 255 where the left camera sees the toy; `hidden` is the occluded share
+    of the toy.
     """
 
     images: tuple[NDArray[np.uint8], ...]
@@ -71,7 +71,7 @@ class Look:
 
 
 class MovingScene:
-    """A scenario that can be looked at, observation by observation, in any order."""
+    """Renders the observations of a scenario, in any order."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
@@ -90,7 +90,7 @@ class MovingScene:
         return self.scenario.count
 
     def time_s(self, index: int) -> float:
-        """Return when an observation is, in seconds."""
+        """Return the time of an observation, in seconds."""
         return index / motion.RATE_HZ
 
     def room_from_rig(self, index: int) -> Floats:
@@ -109,7 +109,7 @@ class MovingScene:
         return Pose(self.room_from_rig(index)).inverse().matrix() @ self.room_from_object(index)
 
     def look(self, index: int) -> Look:
-        """Take the images of one observation."""
+        """Render the images of one observation."""
         poses = {OBJECT: self.room_from_object(index)}
         if self.scenario.occluder:
             poses[BOARD] = self._passing_pose(index)
@@ -150,7 +150,7 @@ class MovingScene:
     def _image(
         self, room_from_camera: Floats, poses: dict[str, Floats], *, seed: tuple[int, int, int]
     ) -> NDArray[np.uint8]:
-        """Take an image (H, W, 3), or (H, W) in grey, with the sensor's noise."""
+        """Render an image (H, W, 3), or (H, W) in grey, with the sensor's noise."""
         # Grey values are sums of three colours, whose noise is smaller.
         grey = self.scenario.grey
         image = self._stage.image(
@@ -165,7 +165,7 @@ class MovingScene:
 
 
 def _ruler() -> list[Visual]:
-    """Return the wooden ruler that passes before the toy."""
+    """Return the wooden ruler that occludes the toy."""
     solid = box((0.0, 0.0, 0.0), (0.0165, 0.002, 0.5))
     return painted(solid, _paint_ruler, texel=_RULER_TEXEL, carrier=BOARD)
 

@@ -1,6 +1,6 @@
 """The moving sample's object: a painted toy snail that carries a parcel, 0.2 m long.
 
-Its frame lies near its middle: x to its head, y to its left, z up.
+Its frame is near its middle: x to its head, y to its left, z up.
 """
 
 from functools import cache, partial
@@ -92,7 +92,7 @@ def _skin(points: Floats) -> Floats:
 
 
 def _shell(local: Floats) -> Floats:
-    """Return a red and cream spiral, other on each side, with dark lines and a patch."""
+    """Return a red and cream spiral, different on each side, with dark lines and a patch."""
     side = np.where(local[1] > 0.0, 1.0, -1.0)
     turn = np.arctan2(local[2], local[0] + 0.006) / (2.0 * np.pi)
     away = np.hypot(local[0] + 0.006, local[2])

@@ -1,4 +1,4 @@
-"""The sample's photographs: cameras around a table, on which a bird stands under a lamp."""
+"""The sample's photographs: cameras around a table with a bird under a lamp."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -41,7 +41,7 @@ def plan_shots(count: int, size_px: tuple[int, int]) -> list[Shot]:
     for index in range(count):
         azimuth = 2.0 * np.pi * (index + 0.35) / count
         elevation = np.radians(_ELEVATIONS_DEG[index % len(_ELEVATIONS_DEG)])
-        # No hand holds a camera at the same distance twice.
+        # The distances vary, as by hand.
         away = 0.53 + 0.02 * np.sin(2.4 * index)
         aim = np.array([-0.008, 0.010, 0.092]) + 0.006 * np.sin([1.7 * index, 2.9 * index, index])
         toward = np.array(
@@ -58,7 +58,7 @@ def plan_shots(count: int, size_px: tuple[int, int]) -> list[Shot]:
 
 
 def photograph(shot: Shot, seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Take one photograph: the image (H, W, 3) RGB and the bird's mask (H, W), 255 inside."""
+    """Render one photograph: the image (H, W, 3) RGB and the bird's mask (H, W), 255 inside."""
     lens = Lens(
         model="pinhole",
         size_px=shot.size_px,

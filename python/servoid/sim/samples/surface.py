@@ -11,7 +11,7 @@ _SPACING = 0.005  # metres between vertices around a solid's widest part
 
 
 def outer_mesh(parts: Sequence[Convex]) -> tuple[Floats, NDArray[np.int64]]:
-    """Return vertices (N, 3) and faces (M, 3) of what can be seen of the solids from outside.
+    """Return vertices (N, 3) and faces (M, 3) of the outer surface of the solids.
 
     The vertices lie on the surface; where solids meet, the triangles leave a narrow gap.
     """
@@ -39,7 +39,7 @@ def obj_text(vertices: Floats, faces: NDArray[np.int64]) -> str:
 
 
 def _sphere(levels: int) -> tuple[Floats, NDArray[np.int64]]:
-    """Return unit ways (3, N) and the triangles (M, 3) between them, seen from outside."""
+    """Return unit directions (3, N) and the triangles (M, 3) between them, seen from outside."""
     sides = 2 * levels
     rise = np.pi * (np.arange(1, levels) / levels - 0.5)
     around = 2.0 * np.pi * np.arange(sides) / sides

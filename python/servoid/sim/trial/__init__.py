@@ -1,4 +1,4 @@
-"""Whole servo runs in a simulated world: settings, the run, and what was true of it."""
+"""Whole servo runs in a simulated world: settings, the run, and its ground truth."""
 
 from servoid.sim.trial.servoing import ServoTrial, TrialStep, run_servo_trial
 from servoid.sim.trial.settings import (

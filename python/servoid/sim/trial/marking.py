@@ -16,10 +16,10 @@ Mask = NDArray[np.uint8]
 
 
 def marker(world: World, run: RunSettings) -> Callable[[Instant], Masks]:
-    """Return what marks the object in the first observation of a world.
+    """Return the target that marks the object in the first observation of a world.
 
     Raises:
-        TargetError: the target is meant for a view that is none of the cameras'.
+        TargetError: the target names a view of no camera.
 
     """
     if run.target == BY_HAND:
@@ -30,7 +30,7 @@ def marker(world: World, run: RunSettings) -> Callable[[Instant], Masks]:
     def mark(instant: Instant) -> Masks:
         meant = target or _pointed(world, run.target)
         image = instant.images[place]
-        assert image is not None  # the first look waits for all of them
+        assert image is not None  # the first observation contains images of all cameras
         return _alone(find_object(meant, image, trusted=run.trust_target), world, place)
 
     return mark
@@ -55,21 +55,21 @@ def _alone(mask: Mask, world: World, place: int) -> Masks:
 
 
 def _drawn(world: World) -> Mask:
-    """Return the object's outline as a hand draws it."""
+    """Return the object's mask with the error of a hand-drawn outline."""
     settings = world.settings
     return hand_drawn(world.masks()[0], settings.in_effect.mask_px, settings.seed)
 
 
 def _pointed(world: World, kind: str) -> Target:
-    """Return the box or the click with which a person means the object."""
+    """Return a box or a click on the object, with the error of a person."""
     settings = world.settings
-    # A person points at pixels.
+    # People choose whole pixels.
     missed = np.rint(hand_missed(4, settings.in_effect.mask_px, settings.seed))
     rows, columns = np.nonzero(world.masks()[0])
     if not len(rows):
         raise TargetError(
-            "the object is not seen in the first left image, so nobody can mark it there; choose "
-            "another world.object.hand_from_object"
+            "the object is not visible in the first left image, so it cannot be marked there; "
+            "choose another world.object.hand_from_object"
         )
     if kind == BY_CLICK:
         # A person clicks well inside the object, whatever its shape.

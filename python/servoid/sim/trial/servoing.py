@@ -1,4 +1,4 @@
-"""A servo run in a simulated world: meet an object, model it, and follow it with hand and eyes."""
+"""A servo run in a simulated world: explore an object, model it, and follow it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -37,17 +37,16 @@ from servoid.source import Instant
 from servoid.track import Estimate, Follower, Rememberer
 from servoid.words import counted
 
-_LOOKS = "look"  # folder of what was seen while looking around
+_LOOKS = "look"  # folder of the images from exploring
 _TRACKING = "tracking"  # a tracker's status
-_SPARE = 60  # observations after the looks in which the tracker may fail to see the object
+_SPARE = 60  # observations after exploring in which the tracker may miss the object
 
 
 @dataclass(frozen=True, eq=False)
 class TrialStep:
-    """What a run does at one moment: its stage, the share of the stage that is done, and more.
+    """The progress of a run: its stage, the finished share of the stage, and more.
 
-    `row` and `trial`, as far as it has come, are there while servoing, `instant` when an
-    observation arrived.
+    `row` and the unfinished `trial` are set while servoing, `instant` if an observation arrived.
     """
 
     stage: str
@@ -62,9 +61,9 @@ class TrialStep:
 
 @dataclass(frozen=True, eq=False)
 class ServoTrial:
-    """What came of a run: the object as it was met, its tracker, and the log of servoing.
+    """The result of a run: the explored object, its tracker, and the log of servoing.
 
-    `truth` says where the body was in truth.
+    `truth` returns the true pose of the body.
     """
 
     settings: TrialSettings
@@ -76,7 +75,7 @@ class ServoTrial:
 
     @property
     def appearance(self) -> bytes | None:
-        """Return what the object looks like, None if the tracker does not say."""
+        """Return the appearance of the object, None if the tracker has none."""
         return self.tracker.appearance() if isinstance(self.tracker, Rememberer) else None
 
 
@@ -91,16 +90,16 @@ def run_servo_trial(
     prepared: Callable[[World], None] | None = None,
     watch: Watch | None = None,
 ) -> ServoTrial:
-    """Meet the object of a simulated world, model it, and servo to it for the seconds asked for.
+    """Explore the object of a simulated world, model it, and servo to it for the set duration.
 
     The object rests until servoing begins. It is marked in the first image, as a person would do
-    it; nothing else is known of it. `folder` gets what was looked at. `path` takes the place of the
-    one in the settings; `prepared` hears of the world before anything moves.
+    it; nothing else is known of it. The observations are written to `folder`. `path` replaces the
+    one in the settings; `prepared` is called with the world before anything moves.
 
     Raises:
-        SimError, ServoError: the settings cannot be.
-        ModelError, TargetError: the object cannot be modelled from what the hand can see.
-        DoubtError: where it is marked may mean several objects.
+        SimError, ServoError: the settings are not valid.
+        ModelError, TargetError: the object cannot be modelled from the images.
+        DoubtError: its mark may mean several objects.
 
     """
     world = World(settings.world, path=path)
@@ -111,7 +110,7 @@ def run_servo_trial(
     tell = watch or (lambda _: None)
     first = world.world_from_hand_at(0.0).inverse() @ world.world_from_object_at(0.0)
     exploration, goal = _met(world, settings, Path(folder) / _LOOKS, mark, tell)
-    # What was seen on the way says nothing of how the object moves from now on.
+    # Observations on the way do not predict the motion from now on.
     controller = Controller(world.arm, settings.servo)
     tracker = _start_tracker(world, exploration, settings, controller)
     true = world.world_from_object_at(world.time_s)
@@ -130,7 +129,7 @@ def _met(
     mark: Callable[[Instant], Masks],
     tell: Watch,
 ) -> tuple[Exploration, Pose]:
-    """Meet the object, and bring the hand to where servoing starts; return also what its goal is.
+    """Explore the object, and move the hand to the start of servoing; return also its goal.
 
     Raises:
         As for `run_servo_trial`.
@@ -158,9 +157,9 @@ def _met(
 
 
 def _guide(world: World, settings: TrialSettings) -> Controller:
-    """Make what leads the hand to places to look from.
+    """Return the controller that moves the hand to viewpoints.
 
-    The paper does not look around, and with its first joint at 0 few of these places are reached.
+    The paper does not explore, and with its first joint at 0 few viewpoints are reachable.
     """
     joints = replace(settings.servo.joints, law=JointLaw.QP)
     return Controller(world.arm, replace(settings.servo, joints=joints))
@@ -187,7 +186,7 @@ def _follow(trial: ServoTrial, controller: Controller, goal: Goal, tell: Watch) 
 
 
 def _row(trial: ServoTrial, tick: Tick, goal_from_object: Pose | None) -> ServoRow:
-    """Join what was known in a control period with what was true."""
+    """Return the row of a control period, with its ground truth."""
     world, time_s = trial.world, tick.state.time_s
     body = tick.command.world_from_object
     truth = trial.truth.at(time_s, body)
@@ -204,7 +203,7 @@ def _row(trial: ServoTrial, tick: Tick, goal_from_object: Pose | None) -> ServoR
 
 
 def _seen(trial: ServoTrial, instant: Instant, estimate: Estimate | None) -> Seen:
-    """Join what the tracker said of the newest observation with what was true."""
+    """Return the newest estimate with its ground truth."""
     believed = None if estimate is None else estimate.world_from_object
     there = trial.truth.at(trial.world.true_time_s(), believed)
     cameras, poses = zip(*trial.world.true_views(), strict=True)
@@ -212,19 +211,19 @@ def _seen(trial: ServoTrial, instant: Instant, estimate: Estimate | None) -> See
 
 
 def _tell_status(world: World, estimate: Estimate | None) -> None:
-    """Let the world know how long the tracker takes from now on."""
+    """Pass the tracker's status to the world, which simulates its computing time."""
     if estimate is not None:
         world.source.tracking = estimate.status == _TRACKING
 
 
 def _goal(settings: TrialSettings, exploration: Exploration) -> Pose:
-    """Return goal_from_object: the object where it is wanted, turned as the hand first saw it."""
+    """Return goal_from_object: the desired position, with the first observed rotation."""
     hand_from_object = exploration.world_from_hand.inverse() @ exploration.body.world_from_object
     return Pose.from_parts(settings.run.goal, hand_from_object.quaternion)
 
 
 def _start(settings: TrialSettings, exploration: Exploration, goal: Pose) -> tuple[Pose, Floats]:
-    """Return where the hand starts off its goal, and the object's middle to look at."""
+    """Return the hand's start pose relative to its goal, and the object's middle to fixate."""
     run = settings.run
     turn = Pose.exp([0.0, 0.0, 0.0, *np.radians(run.start_turn_deg)])
     goal_from_start = Pose.from_parts(run.start_offset, turn.quaternion)
@@ -239,10 +238,10 @@ def _take_place(
     settings: TrialSettings,
     see: Callable[[str, float, Instant | None, Command | None], None],
 ) -> None:
-    """Bring the hand to where the run wants it to start.
+    """Move the hand to the start pose of the run.
 
     Raises:
-        ServoError: the arm does not get there.
+        ServoError: the arm does not reach it.
 
     """
     look = settings.servo.look
@@ -259,8 +258,8 @@ def _take_place(
         raise ServoError(
             f"the hand cannot start {_listed(asked.start_offset)} m and "
             f"{_listed(asked.start_turn_deg)} degrees off its goal: it stays {shift:.3f} m and "
-            f"{np.degrees(turned):.1f} degrees away from there, since the arm does not reach that "
-            "far or may not; choose smaller values"
+            f"{np.degrees(turned):.1f} degrees away from there, at a limit of the arm or of its "
+            "workspace; choose smaller values"
         )
 
 
@@ -271,7 +270,7 @@ def _listed(values: Sequence[float]) -> str:
 def _start_tracker(
     world: World, exploration: Exploration, settings: TrialSettings, controller: Controller
 ) -> Follower:
-    """Make a tracker that knows the object and sees it now, and let the controller know, too.
+    """Return a tracker of the object that sees it now, and pass its estimates to the controller.
 
     Raises:
         ServoError: the object is not found again after looking around.
@@ -279,7 +278,7 @@ def _start_tracker(
     """
     asked = settings.track
     tracker = asked.method.maker(world.cameras, exploration.body, asked.options())
-    # Turns that images leave open stay as they were when the object was modelled.
+    # Unobservable rotations stay as they were when the object was modelled.
     controller.see(None, exploration.teach(tracker))
     needed = settings.servo.safety.resume_after + 1
     found = 0
@@ -292,7 +291,7 @@ def _start_tracker(
         if found == needed:
             return tracker
     raise ServoError(
-        f"the tracker did not see the object in {counted(needed, 'image')} in a row, of the "
-        f"{needed + _SPARE} after looking around; look "
-        "from fewer places (servo.look.count), or choose an object with more pattern"
+        f"the tracker did not find the object in {counted(needed, 'image')} in a row, of the "
+        f"{needed + _SPARE} after exploring; use "
+        "fewer viewpoints (servo.look.count), or choose an object with more texture"
     )

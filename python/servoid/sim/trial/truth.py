@@ -1,4 +1,4 @@
-"""What is true of the object of a simulated world, as far as anybody could see it."""
+"""The ground truth of the object of a simulated world, as far as it is observable."""
 
 import numpy as np
 
@@ -9,11 +9,11 @@ from servoid.sim.world import World
 
 
 class Truth:
-    """Says where a body truly is that was modelled of the object of a world.
+    """Computes the true pose of a body that was modelled from the object of a world.
 
-    `object_from_body` is how the body's frame lies in the object's true one. An object that looks
-    the same however it is spun has no true spin: of all poses that look alike, the one is true that
-    is nearest to what is believed.
+    `object_from_body` is the pose of the body's frame in the object's true one. The rotation of an
+    object about its axis of symmetry is unobservable: of all equivalent poses, the one nearest to
+    the estimate counts as true.
     """
 
     def __init__(self, world: World, object_from_body: Pose) -> None:
@@ -21,9 +21,9 @@ class Truth:
         self.object_from_body: Pose = object_from_body
 
     def at(self, time_s: float, believed: Pose | None) -> Pose:
-        """Return `world_from_body` at a time, with the spin of what is believed where it is open.
+        """Return `world_from_body` at a time, with the estimate's unobservable rotation.
 
-        Without a belief it has the spin of the simulation.
+        Without an estimate it has the rotation of the simulation.
         """
         world_from_object = self._world.world_from_object_at(time_s)
         axis = self._world.spin_axis
@@ -34,10 +34,10 @@ class Truth:
 
 
 def wish(world: World, body: Body, goal: Pose, hand_from_object: Pose) -> Wish:
-    """Return where the true object of a world is wished in the hand.
+    """Return the desired pose of the true object of a world in the hand.
 
-    Its middle is wished where the goal, hand_from_body, has the body's middle, and its turn is to
-    be the one that it had in `hand_from_object`, as it truly was before the hand at first.
+    Its desired middle is that of the body at the goal, hand_from_body, and its desired rotation
+    is the initial true one, `hand_from_object`.
     """
     true, axis = world.true_object(), world.spin_axis
     middle = np.array(body.mass_properties()[1])

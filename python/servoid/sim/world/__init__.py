@@ -1,4 +1,4 @@
-"""A simulated world: an arm with turning eyes meets an object, under physics."""
+"""A simulated world: an arm with moving cameras and an object, under physics."""
 
 from servoid.sim.world.events.by_hand import hand_drawn, hand_missed
 from servoid.sim.world.events.faults import DropImages, Fault, FreezeCamera, Occlude, Teleport

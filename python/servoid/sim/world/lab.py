@@ -1,4 +1,4 @@
-"""Draws what is off in a laboratory, by its seed: the same whenever it is asked for."""
+"""Samples the errors of a laboratory from its seed, reproducibly."""
 
 import math
 from enum import IntEnum
@@ -10,11 +10,11 @@ from servoid.pose import Pose
 from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.lab_settings import LabSettings
 
-_LAB = 0x1AB  # parts these numbers from others that are drawn by the same seed
+_LAB = 0x1AB  # separates this random stream from others of the same seed
 
 
 class _Kind(IntEnum):
-    """What is drawn by itself, so that one error changes no other."""
+    """The kinds of errors; each has a random stream of its own."""
 
     HAND_EYE = 0
     STEREO = 1
@@ -28,7 +28,7 @@ class _Kind(IntEnum):
 
 
 class Lab:
-    """A laboratory: its settings, and all that its seed draws with them."""
+    """A laboratory: its settings, and the errors sampled with its seed."""
 
     def __init__(self, settings: LabSettings, seed: int) -> None:
         self.settings: LabSettings = settings
@@ -36,23 +36,23 @@ class Lab:
 
     @property
     def head_from_true(self) -> Pose | None:
-        """Return the pose that the true head seems to have in the true one; None: exactly there."""
+        """Return the error of the head's calibrated pose; None without an error."""
         return self._motion(_Kind.HAND_EYE, self.settings.hand_eye_m, self.settings.hand_eye_deg)
 
     @property
     def right_from_true(self) -> Pose | None:
-        """Return the pose that the true right eye seems to have in the true one, None likewise."""
+        """Return the error of the right camera's calibrated pose; None without an error."""
         return self._motion(_Kind.STEREO, self.settings.stereo_m, self.settings.stereo_deg)
 
     def zeros(self, count: int, hand_count: int) -> Floats:
-        """Return by how much the encoders of all joints count too much, (N,) rad."""
+        """Return the zero errors of the encoders of all joints, (N,) rad."""
         found = np.zeros(count)
         drawn = self._normal(_Kind.EYE_ZEROS, count - hand_count)
         found[hand_count:] = math.radians(self.settings.eye_zeros_deg) * drawn
         return found
 
     def camera(self, true: Camera, number: int) -> Camera:
-        """Return what a camera is calibrated to be."""
+        """Return the calibration of a camera, with its errors."""
         focal, *center = self._normal(_Kind.CAMERA, 3, number)
         scale = 1.0 + self.settings.focal * focal
         return Camera(
@@ -73,13 +73,13 @@ class Lab:
         return self._scaled(self.settings.encoder_speed, _Kind.ENCODER_SPEED, count, reading)
 
     def stamp_error(self, index: int) -> float:
-        """Return by how many seconds the time stamp of an observation is too late."""
+        """Return the error of the time stamp of an observation, in seconds."""
         offset = self._scaled(self.settings.stamp_offset_s, _Kind.STAMP_OFFSET, 1)[0]
         return float(offset + self._scaled(self.settings.stamp_jitter_s, _Kind.STAMP, 1, index)[0])
 
     def mass_shares(self, count: int) -> Floats:
-        """Return what each body's mass truly is, as a share of what it is taken for, (B,)."""
-        # No link weighs less than half of what is known of it.
+        """Return each body's true mass as a share of its modelled one, (B,)."""
+        # No mass is less than half of its modelled value.
         return np.maximum(1.0 + self._scaled(self.settings.masses, _Kind.MASS, count), 0.5)
 
     def _motion(self, kind: _Kind, metres: float, degrees: float) -> Pose | None:

@@ -1,4 +1,4 @@
-"""A simulated world as a live device: what its eyes see is drawn when it is time for it."""
+"""A simulated world as a live device, whose images are rendered in real time."""
 
 import time
 
@@ -14,7 +14,7 @@ _PATH = "circle:0.06@8s"
 
 
 def open_world(text: str) -> tuple[LiveCamera, ...]:
-    """Return the eyes of a world without errors, whose time begins now, as cameras at rest.
+    """Return the cameras at rest of a world without errors, whose time starts now.
 
     `text` is OBJECT or OBJECT:PATH, the names of `servoid servo --object` and `--path`.
 
@@ -42,40 +42,40 @@ def open_world(text: str) -> tuple[LiveCamera, ...]:
 
 
 class WorldVideo:
-    """The eyes of a world as one device, with stamps of the world's own clock.
+    """The cameras of a world as one device, with stamps of the world's clock.
 
-    Images come at the world's rate, or as fast as they can be drawn; those that would be late are
-    left out. The arm rests, so its eyes do. `first` is the first observation.
+    Images arrive at the world's rate, or as fast as they can be rendered; late ones are dropped.
+    Arm and cameras are at rest. `first` is the first observation.
     """
 
     def __init__(self, world: World) -> None:
-        """Let the world's time go on with the wall's."""
+        """Start to synchronise the world's time with wall-clock time."""
         self._world, self._at_rest = world, np.zeros(len(world.arm.state().positions))
         world.start_path()
         self._began_s = time.monotonic() - world.time_s
         self.first: Instant = self._next()
         self._newest: Instant = self.first
-        self._began_s = time.monotonic() - world.time_s  # drawing the first is slow
+        self._began_s = time.monotonic() - world.time_s  # rendering the first image is slow
 
     def grab(self) -> bool:
-        """Wait until an image has come, and draw it."""
+        """Wait until an image is due, and render it."""
         self._newest = self._next()
         return True
 
     def retrieve(self) -> tuple[bool, Delivery]:
-        """Return the images that were drawn last, blue first."""
+        """Return the last rendered images, in BGR order."""
         images = tuple(None if one is None else one[..., ::-1] for one in self._newest.images)
         return True, Delivery(images, self._newest.time_s)
 
     def release(self) -> None:
-        """Do nothing: nothing is open."""
+        """Do nothing, as nothing is open."""
 
     def _next(self) -> Instant:
         while True:
             self._world.arm.command(self._at_rest)
             ahead_s = self._world.time_s - (time.monotonic() - self._began_s)
             if ahead_s < -self._world.arm.period_s:
-                continue  # it is late, so what is in between is not drawn
+                continue  # if late, skip the images in between
             time.sleep(max(0.0, ahead_s))
             instant = self._world.source.newest()
             if instant is not None:

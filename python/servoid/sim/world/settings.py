@@ -11,14 +11,14 @@ from servoid.words import counted
 
 Triple = tuple[float, float, float]
 Seven = tuple[float, float, float, float, float, float, float]
-BEFORE_HAND: Triple = (0.0, -0.09, 0.545)  # where the object waits and is kept, as in the paper
+BEFORE_HAND: Triple = (0.0, -0.09, 0.545)  # initial and desired pose of the object, as in the paper
 Positive = Annotated[float, Meta(gt=0.0)]
 NotNegative = Annotated[float, Meta(ge=0.0)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 
 
 class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The arm, and the head with two eyes that it carries."""
+    """The arm, and its head with two cameras."""
 
     name: Annotated[str, Meta(description="a shipped arm, or an MJCF or URDF file")] = "pa10"
     links: Annotated[
@@ -44,19 +44,18 @@ class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
     ] = None
     half_baseline: Annotated[
         Positive | None,
-        Meta(
-            description="half the baseline of the eyes in m; none: that of the shipped arm's file"
-        ),
+        Meta(description="half the cameras' baseline in m; none: that of the shipped arm's file"),
     ] = None
     stop_torque: Annotated[
         Positive,
         Meta(description="unexplained torque that stops the arm, as a share of a joint's maximum"),
     ] = 0.1
     turning_eyes: Annotated[
-        bool, Meta(description="true: eyes share a tilt and pan each; false: fixed cameras")
+        bool,
+        Meta(description="true: cameras have a common tilt and a pan each; false: fixed cameras"),
     ] = True
     eyes_on_object: Annotated[
-        bool, Meta(description="turning eyes start on the object, not straight ahead")
+        bool, Meta(description="moving cameras start on the object, not straight ahead")
     ] = True
     start: Annotated[
         tuple[float, ...] | None,
@@ -92,7 +91,7 @@ class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The cameras in the eyes."""
+    """The cameras of the head."""
 
     size_px: Annotated[tuple[int, int], Meta(description="width and height of an image")] = (
         640,
@@ -197,7 +196,7 @@ class WorldSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_field
     light: LightSettings = LightSettings()
     physics: PhysicsSettings = PhysicsSettings()
     lab: LabSettings = LabSettings()
-    ideal: Annotated[bool, Meta(description="no errors, whatever [world.lab] says")] = False
+    ideal: Annotated[bool, Meta(description="no errors, regardless of [world.lab]")] = False
     faults: Annotated[
         tuple[Fault, ...], Meta(description="faults; their times count from the start of the path")
     ] = ()
@@ -236,5 +235,5 @@ class WorldSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_field
 
     @property
     def in_effect(self) -> LabSettings:
-        """Return the errors of this world: none in an ideal one."""
+        """Return the errors of this world, none in an ideal one."""
         return IDEAL if self.ideal else self.lab

@@ -1,4 +1,4 @@
-"""A simulated world: an arm with eyes, an object that moves, a room, and time."""
+"""A simulated world: an arm with moving cameras, a moving object, and a room."""
 
 from functools import partial
 
@@ -44,19 +44,19 @@ _BOARD = Finish(color=(0.45, 0.36, 0.27))
 
 
 class World:
-    """Makes a world and lets its time pass with each command to its arm.
+    """Simulates a world, whose time advances with each command to its arm.
 
-    Its time has nothing to do with the time on the wall, and the same settings and commands give
-    the same images, bit for bit. The object follows its path whatever stands in its way; what
-    pushes the arm stops it, until `arm.reset()`. Use it from one thread at a time.
+    Its time is independent of wall-clock time, and the same settings and commands give the same
+    images, bit for bit. The object follows its path through obstacles; a collision stops the arm,
+    until `arm.reset()`. Use it from one thread at a time.
     """
 
     arm: SimArm
     source: CameraSimulator
-    notes: tuple[str, ...]  # for people, of what its arm lacks
+    notes: tuple[str, ...]  # messages for the user about its arm
 
     def __init__(self, settings: WorldSettings | None = None, *, path: Path | None = None) -> None:
-        """Build the world; a `path` of your own takes the place of the one in the settings.
+        """Build the world; `path` replaces the one in the settings.
 
         Raises:
             SimError: a setting names what does not exist, or is out of its range.
@@ -105,40 +105,40 @@ class World:
         )
         self.source = CameraSimulator(settings, parts)
         period_s = settings.physics.period_s
-        # The arm does not know the world, which knows it: no circle keeps a world that is over.
+        # Without a reference from the arm to the world there is no reference cycle.
         advance = partial(_advance, self._servos, self._timeline, self.source, steps)
         self.arm = SimArm(kinematics, calibration, encoders, period_s, advance, solids, protection)
 
     @property
     def time_s(self) -> float:
-        """Return the time since the world began, in seconds."""
+        """Return the time since the start of the simulation, in seconds."""
         return self._servos.time_s
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
-        """Return the ideal pinhole cameras of the source, as they are believed to be."""
+        """Return the ideal pinhole cameras of the source, as calibrated."""
         return self.source.cameras
 
     @property
     def camera_names(self) -> tuple[str, ...]:
-        """Return what the source calls its cameras."""
+        """Return the names of the source's cameras."""
         return NAMES
 
     @property
     def spin_axis(self) -> tuple[float, float, float] | None:
-        """Return the unit axis of the object's frame about which it looks the same, if any."""
+        """Return the unit axis of rotational symmetry in the object's frame, if any."""
         return spin_axis(self.settings.object.name, self.settings.object.radii)
 
     @property
     def contact_force(self) -> float:
-        """Return the greatest force in N with which the arm touches something now, 0 if nothing."""
+        """Return the greatest present contact force of the arm in N, 0 without contact."""
         return self._servos.contact_force
 
     def start_path(self) -> None:
-        """Let the object's path begin now; until then it rests.
+        """Start the object's path; until then the object rests.
 
         Raises:
-            SimError: it has begun already.
+            SimError: it has already started.
 
         """
         if self._timeline.path_starts_s is not None:
@@ -148,16 +148,16 @@ class World:
         self._timeline.path_starts_s = self.time_s
 
     def world_from_object_at(self, time_s: float) -> Pose:
-        """Return where the object truly is at a time."""
+        """Return the object's true pose at a time."""
         return self._timeline.world_from_object_at(time_s)
 
     def world_from_hand_at(self, time_s: float) -> Pose:
-        """Return where the hand truly was at a control period's time within the last second."""
+        """Return the hand's true pose at a control period's time within the last second."""
         step = round(time_s / self._servos.step_s)
         return self._kinematics.world_from_hand(self._servos.positions_of(step))
 
     def true_views(self) -> tuple[tuple[Camera, Pose], ...]:
-        """Return the cameras and where they were in the newest observation, both as in truth.
+        """Return the true cameras and their true poses in the newest observation.
 
         Raises:
             SimError: no observation was handed out yet.
@@ -167,7 +167,7 @@ class World:
         return tuple(zip(self.source.true_cameras, poses, strict=True))
 
     def true_time_s(self) -> float:
-        """Return when the newest observation was truly taken.
+        """Return the true time of the newest observation.
 
         Raises:
             SimError: no observation was handed out yet.
@@ -227,7 +227,7 @@ class World:
     def object_mesh(self) -> tuple[Floats, NDArray[np.int64]]:
         """Return the object's surface in its own frame: vertices (N, 3) and faces (M, 3).
 
-        Parts of the object overlap where they meet.
+        Adjacent parts of the object overlap.
         """
         vertices, faces, count = [], [], 0
         for visual in self._visuals:
@@ -240,7 +240,7 @@ class World:
         return np.concatenate(vertices), np.concatenate(faces)
 
     def true_object(self) -> TrueObject:
-        """Return what is true of the object's shape, for figures: nothing that servos knows it."""
+        """Return the object's true shape, for evaluation only."""
         return true_object([one for one in self._visuals if one.carrier == OBJECT])
 
     def _newest(self) -> Exposure:
@@ -253,14 +253,14 @@ class World:
 def _advance(
     servos: JointServos, timeline: Timeline, source: CameraSimulator, steps: int, velocities: Floats
 ) -> None:
-    """Let one control period of so many steps pass."""
+    """Simulate one control period of a number of steps."""
     for _ in range(steps):
         servos.step(velocities, row_of(timeline.world_from_object_at(servos.time_s)))
     source.expose()
 
 
 def _board(settings: WorldSettings) -> list[Visual]:
-    """Return the board of an occlusion, if there is one; it slides along its x."""
+    """Return the board of an occlusion, if there is one; it moves along its x axis."""
     boards = [fault for fault in settings.faults if isinstance(fault, Occlude)]
     if not boards:
         return []

@@ -46,7 +46,7 @@ def draw_contact_sheet(result: ModelResult) -> bytes:
 
 
 def choose_views(scored: list[ScoredView], worst: ScoredView) -> list[ScoredView]:
-    """Return at most `MOST_VIEWS` views, evenly chosen; the worst replaces its neighbour."""
+    """Return at most `MOST_VIEWS` evenly spaced views; the worst replaces the one nearest to it."""
     if len(scored) <= MOST_VIEWS:
         return scored
     chosen = np.linspace(0, len(scored) - 1, MOST_VIEWS).round().astype(int)
@@ -110,12 +110,12 @@ def _put_view(
 
 
 def _shorten(words: str) -> str:
-    """Return a caption that fits under a tile; its end, which identifies the image, is kept."""
+    """Return a caption that fits under a tile; it keeps the end, which identifies the image."""
     return words if len(words) <= 22 else "…" + words[-21:]
 
 
 def draw_view(body: Body, one: ScoredView, tile_size: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return a view (H, W, 3) RGB, cut around the object, with its mask and outlines drawn in."""
+    """Return a view (H, W, 3) RGB, cropped around the object, with its mask and outlines."""
     view = one.view
     image, mask = view.image(), view.mask()
     found = body.outlines(view.camera, view.world_from_camera)
@@ -123,7 +123,7 @@ def draw_view(body: Body, one: ScoredView, tile_size: tuple[int, int]) -> NDArra
     tile_from_image = _cut(mask, [points for points in outlines if points is not None], tile_size)
     scale = tile_from_image[0, 0]
     if scale < 0.7:
-        image = cv2.GaussianBlur(image, (0, 0), 0.35 / scale)  # or fine texture would flicker
+        image = cv2.GaussianBlur(image, (0, 0), 0.35 / scale)  # avoids aliasing
     way = {"M": tile_from_image, "dsize": tile_size}
     tile = cv2.warpAffine(image, **way, flags=cv2.INTER_CUBIC, borderValue=_NO_IMAGE)
     inside = np.asarray(cv2.warpAffine(mask, **way, flags=cv2.INTER_LINEAR), np.uint8)
@@ -153,7 +153,7 @@ def _cut(
     height, width = mask.shape
     left, top, mask_width, mask_height = cv2.boundingRect(mask)
     corners = np.array([[left, top], [left + mask_width - 1, top + mask_height - 1]], float)
-    # An outline may be huge; only its part inside the image counts.
+    # An outline may extend far beyond the image; only the part inside counts.
     points = np.concatenate([corners, *outlines]).clip([0, 0], [width - 1, height - 1])
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.07 * (high - low).max() + 2.0

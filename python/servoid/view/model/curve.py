@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _FITNESS_COLOR = (90, 90, 90)
-_TEXT_PT = 8.5  # as large as the text of the page where the picture has its full width
+_TEXT_PT = 8.5  # the size of the page's text where the picture has its full width
 _Line = tuple[str, NDArray[np.float64], tuple[int, int, int], str]
 
 
@@ -81,7 +81,7 @@ def spread(places: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
     """Return positions (N,), moved as little as needed to be at least `gap` apart, in order."""
     order = np.argsort(places, kind="stable")
     steps = gap * np.arange(len(places))
-    # With the steps subtracted, the positions only must not decrease: pool those that do.
+    # With the steps subtracted, the positions must not decrease: pool adjacent violators.
     pools: list[list[float]] = []
     for wish in places[order] - steps:
         pools.append([float(wish)])

@@ -1,4 +1,4 @@
-"""Builds the report as one self-contained page: text, pictures, and a body to turn."""
+"""Builds the report as one self-contained page: text, pictures, and an interactive view."""
 
 import html
 import math
@@ -52,7 +52,7 @@ _CAPTIONS = {
 
 
 def html_page(result: ModelResult, pictures: Mapping[str, bytes], notes: Sequence[str]) -> bytes:
-    """Return the page. `pictures` are PNG files by name; `notes` are sentences for its top."""
+    """Return the page. `pictures` are PNG files by name; the page begins with `notes`."""
     scored = scored_views(result)
     count = len(result.body)
     parts = {
@@ -104,7 +104,7 @@ def _sources(result: ModelResult, scored: list[ScoredView]) -> str:
 
 
 def _lengths(values: list[float]) -> str:
-    """Return lengths with as many decimals each, three digits of the longest."""
+    """Return lengths with the same number of decimals: three digits of the longest."""
     decimals = max(0, 2 - math.floor(math.log10(max(values))))
     return " × ".join(f"{value:.{decimals}f}" for value in values)
 

@@ -19,11 +19,11 @@ from servoid.view.scores import ScoredView, mean_iou, scored_views
 def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] = ()) -> list[Path]:
     """Write the pictures and the figures of a result into a folder; return the files' paths.
 
-    They are `report.html` (everything on one page, and the body to turn), `contact_sheet.png` (the
-    views with the ellipsoids' outlines, if there are views), `curve.png` (fitness and silhouette
-    IoU against the count), `body.png` (the body from four sides, and the cameras) and
-    `summary.json`. The page shows the sentences `notes` at its top. The folder is made if it is
-    missing; other files in it are left alone.
+    They are `report.html` (everything on one page, with an interactive view of the body),
+    `contact_sheet.png` (the views with the ellipsoids' outlines, if there are views), `curve.png`
+    (fitness and silhouette IoU against the count), `body.png` (the body from four sides, and the
+    cameras) and `summary.json`. The page begins with the sentences `notes`. The folder is created
+    if it is missing; other files in it stay unchanged.
 
     Raises:
         ImageError, MaskError: a view's file can no longer be read.

@@ -25,8 +25,8 @@ _WIDE_IN, _PANEL_IN = 9.6, 2.15
 _ZOOM = 4.0  # errors that fall by this factor get a panel of their own
 _ROOM = 1.25
 _SHADE = "#e4e0d8"
-_BAND = "band"  # desired values: wide and pale, so that they show below the actual ones
-# Joints are distinguished by their dashes, too; names of dashes, in points on and off.
+_BAND = "band"  # desired values: wide and pale, so that they stay visible below the actual ones
+# Joints differ by their dashes as well as their colours; lengths on and off, in points.
 _PATTERNS: dict[str, str | tuple[float, tuple[float, ...]]] = {
     _BAND: "-",
     "-": "-",
@@ -62,7 +62,7 @@ class Panel:
     reach: float | None = None
 
     @property
-    def says_something(self) -> bool:
+    def has_values(self) -> bool:
         """Return whether any line has a value."""
         return any(np.isfinite(line.values).any() for line in self.lines)
 
@@ -132,10 +132,10 @@ def joint_panels(log: ServoLog) -> list[Panel]:
     ]
     if eyes:
         lines = _lines(times, speeds[:, count:], eyes)
-        panels.append(Panel("commanded speeds of the eyes", "deg/s", lines))
+        panels.append(Panel("commanded speeds of the cameras' joints", "deg/s", lines))
     if log.joints is not None:
         shares = 100.0 * np.abs(speeds) / np.degrees(log.joints.speed)
-        parts = [("arm", shares[:, :count]), ("eyes", shares[:, count:])]
+        parts = [("arm", shares[:, :count]), ("cameras", shares[:, count:])]
         most = [
             _line(name, times, part.max(axis=1), place)
             for place, (name, part) in enumerate(parts)
@@ -147,14 +147,14 @@ def joint_panels(log: ServoLog) -> list[Panel]:
 
 
 def gaze_panels(log: ServoLog, settle_s: float) -> list[Panel]:
-    """Return the target's distance from the image centres, and the angles of the eyes."""
+    """Return the target's distance from the image centres, and the angles of the cameras."""
     seen = log.seen
     times = np.array([time_s for time_s, _ in seen])
     eyes = max((len(one.off_px) for _, one in seen), default=0)
     off = np.full((len(seen), eyes), np.nan)
     for row, (_, one) in enumerate(seen):
         off[row, : len(one.off_px)] = np.linalg.norm(one.off_px, axis=1)
-    names = ("left eye", "right eye") if eyes == 2 else [f"camera {one}" for one in range(eyes)]
+    names = ("left", "right") if eyes == 2 else [f"camera {one}" for one in range(eyes)]
     lines = _lines(times, off, names)
     panels = _with_zoom("fixation error: target to the image centre", "px", lines, settle_s)
     if log.eyes is not None:
@@ -200,7 +200,7 @@ def _turned(log: ServoLog) -> Panel:
             row[:] = one.tick.command.gaze
     angles = np.degrees(log.positions.reshape(len(log), len(log.names))[:, places])
     return Panel(
-        "angles of the eyes",
+        "angles of the cameras' joints",
         "deg",
         (
             *_lines(log.times, np.degrees(wanted), [f"{name}, desired" for name in names], _BAND),
@@ -278,8 +278,8 @@ def _draw_panel(axes: "Axes", panel: Panel) -> None:
     if panel.reach is not None:
         signed = any(np.nanmin(line.values) < 0.0 for line in panel.lines if len(line.values))
         axes.set_ylim(-panel.reach if signed else 0.0, panel.reach)
-    if not panel.says_something:
-        axes.text(0.5, 0.5, "not known", transform=axes.transAxes, ha="center", color=QUIET_INK)
+    if not panel.has_values:
+        axes.text(0.5, 0.5, "unknown", transform=axes.transAxes, ha="center", color=QUIET_INK)
     axes.set_title(f"{panel.title} [{panel.unit}]", loc="left", color=INK, fontsize=10.5)
     if panel.lines:
         axes.legend(

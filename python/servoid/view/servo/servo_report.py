@@ -21,16 +21,16 @@ _MOST_HOLDS = 40
 _SHOWN = {
     "hand.png": "Plots over time: displacement of target and hand, and the hand's errors",
     "joints.png": "Plots over time: angles and commanded speeds of the joints",
-    "gaze.png": "Plots over time: fixation error in pixels and the angles of the eyes",
+    "gaze.png": "Plots over time: fixation error in pixels and the angles of the cameras' joints",
     "contact_sheet.png": "Images of the looks with the outline of each ellipsoid drawn over them",
     "body.png": "The body drawn from four sides and, beside it, the camera poses",
     "curve.png": "Lines over the count of ellipsoids: fitness, IoU of the views",
 }
 
 _CAPTIONS = {
-    "hand.png": "How the hand followed",
-    "joints.png": "What the joints did",
-    "gaze.png": "Where the eyes looked",
+    "hand.png": "Errors of the hand",
+    "joints.png": "Joints",
+    "gaze.png": "Gaze of the cameras",
     "contact_sheet.png": "The modelled views, with the ellipsoids' outlines",
     "body.png": "The body from four sides, and the cameras",
     "curve.png": "Fitness and silhouette IoU against the count of ellipsoids",
@@ -41,8 +41,8 @@ _CAPTIONS = {
 class ServoPictures:
     """The pictures of a report.
 
-    `overview` is an image (H, W, 3) uint8 RGB of the arm at work; `files` are PNG pictures, shown
-    in their order, with a heading that depends on the file's name.
+    `overview` is an image (H, W, 3) uint8 RGB of the arm during the run; `files` are PNG pictures,
+    shown in this order, with a heading that depends on the file's name.
     """
 
     overview: NDArray[np.uint8] | None = None
@@ -61,8 +61,8 @@ def write_servo_report(
 ) -> Path:
     """Write `report.html` into a folder that exists, and return its path.
 
-    `summary` are the key figures by name, `settings` is the TOML text of the settings, and the
-    page shows the sentences `notes` at its top.
+    `summary` contains the key figures by name, and `settings` is the TOML text of the settings. The
+    page begins with the sentences `notes`.
 
     Raises:
         OutputError: the page cannot be written, or a picture cannot be read.
@@ -85,13 +85,13 @@ def write_servo_report(
 
 
 def _verdict(log: ServoLog) -> list[str]:
-    """Return sentences: how near the hand was to its goal, and what kept it from there."""
+    """Return sentences: how far the hand was from its goal, and what limited it most."""
     times, errors = log.times, log.hand_errors
     late = times >= 0.5 * (times[0] + times[-1]) if len(log) else np.zeros(0, np.bool_)
     away = 1e3 * np.linalg.norm(errors[late, :3], axis=1)
     known = away[np.isfinite(away)]
     if not len(known):
-        return ["How well the hand followed is not known: it had no goal in the second half."]
+        return ["The error of the hand is unknown: it had no goal in the second half of the run."]
     held = sum(hold.seconds for hold in holds(log))
     lasted = float(times[-1] - times[0])
     limits = limited_s(log)
@@ -106,26 +106,25 @@ def _verdict(log: ServoLog) -> list[str]:
         if limits.get(Reason.UNREACHABLE, 0.0) >= 0.5 * limits[most]:
             most = Reason.UNREACHABLE
         said.append(
-            f"What kept it from its goal most, for {limits[most]:.1f} of {lasted:.1f} s: "
-            f"{most.value}."
+            f"Its most frequent limit, for {limits[most]:.1f} of {lasted:.1f} s: {most.value}."
         )
     return said
 
 
 def _limited(log: ServoLog) -> dict[str, str]:
-    """Describe for how long each bound kept the hand from its goal."""
+    """Describe for how long each limit kept the hand from its goal."""
     words = [f"{reason.value}, {seconds:.2f} s" for reason, seconds in limited_s(log).items()]
     return {"kept from the goal by": "; ".join(words) if words else "nothing"}
 
 
 def _overview(shown: NDArray[np.uint8]) -> str:
-    """Return a photograph as an element of the page."""
+    """Return an image as an element of the page."""
     done, data = cv2.imencode(
         ".jpg", cv2.cvtColor(shown, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, _QUALITY]
     )
     if not done:
         raise OutputError(f"cannot encode a picture of {shown.shape[1]} x {shown.shape[0]} px")
-    return image(data.tobytes(), "The arm at work", "jpeg")
+    return image(data.tobytes(), "The arm during the run", "jpeg")
 
 
 def _figure(name: str, value: str) -> str:
@@ -144,7 +143,7 @@ def _picture(path: Path) -> str:
 
 
 def _held(log: ServoLog, shaded: str) -> str:
-    """Return when the arm was held, and why, as a table."""
+    """Return a table of the times at which the hand was held, and why."""
     found = holds(log)
     if not found:
         return "<p>Nothing: the hand was never held.</p>"
@@ -156,7 +155,8 @@ def _held(log: ServoLog, shaded: str) -> str:
     return (
         f'<p class="quiet">It was held {times}, for {total:.2f} s in total{shaded}. '
         "Times are in seconds since servoing began.</p>\n"
-        '<div class="scroll" tabindex="0" role="region" aria-label="What held the arm">\n<table>\n'
+        '<div class="scroll" tabindex="0" role="region" aria-label="Why the hand was held">\n'
+        "<table>\n"
         '<thead><tr><th scope="col" class="number">from</th><th scope="col" class="number">to</th>'
         '<th scope="col" class="number">for</th><th scope="col">why</th></tr></thead>\n'
         f"<tbody>\n{rows}\n</tbody>\n</table>\n</div>\n{rest}"

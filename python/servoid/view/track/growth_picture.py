@@ -49,7 +49,7 @@ class _Row:
 def draw_growth(history: History, sides_from_object: Turn) -> bytes:
     """Draw the body at the start and at most `MOST_SHOWN` changes; return the PNG file's bytes.
 
-    `sides_from_object` (3, 3) takes the object's frame to that of its sides.
+    `sides_from_object` (3, 3) maps the object's frame to that of its sides.
     """
     rows = _rows(history, sides_from_object)
     columns = 1 + len(NAMED_SIDES)
@@ -79,7 +79,7 @@ def solids_of(body: Body, surface: LearnedSurface, sides_from_object: Turn) -> S
 
 
 def surface_colors(body: Body, surface: LearnedSurface) -> Colors:
-    """Return each ellipsoid's colour (K, 3) uint8 RGB: the median of the points that are its own.
+    """Return each ellipsoid's colour (K, 3) uint8 RGB: the median of its surface points.
 
     A point belongs to the ellipsoid whose surface is nearest, as a share of the ellipsoid's size.
     An ellipsoid without points gets a colour that differs from its neighbours'.
@@ -98,7 +98,7 @@ def surface_colors(body: Body, surface: LearnedSurface) -> Colors:
 
 
 def chosen(changes: Sequence[BodyChange]) -> list[BodyChange]:
-    """Return at most `MOST_SHOWN` changes, evenly chosen, the first and the last among them."""
+    """Return at most `MOST_SHOWN` evenly spaced changes, including the first and the last."""
     places = np.linspace(0, len(changes) - 1, min(MOST_SHOWN, len(changes))).round().astype(int)
     return [changes[place] for place in places]
 
@@ -131,7 +131,7 @@ def _viewpoint(toward: Vector, middle: Vector, metres_per_px: float) -> Viewpoin
 
 def _tile(row: _Row, seen: Viewpoint) -> Colors:
     """Return a body from one side, with its previous outline."""
-    # Seen from below, the body is upside down, or its shadow would lie in front of it.
+    # From below, the body is drawn upside down: its shadow would lie in front of it otherwise.
     up = -UP if seen.axes[2] @ UP > 0.5 else UP
     light = _LIGHT * np.array([1.0, up @ UP, 1.0])
     picture = render(row.after, seen, up, light / np.linalg.norm(light))

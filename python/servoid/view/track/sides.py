@@ -23,9 +23,9 @@ class Sides:
     """The directions from which an object was seen while its pose was tracked.
 
     `directions` (M, 3) are unit vectors from the object to a camera, in the frame of its sides: x
-    to the right, y up and z to the camera, as the first camera saw it first. `times` (M,) are
-    seconds, in their order, and `cameras` (M,) count the cameras. `sides_from_object` (3, 3) takes
-    directions in the object's frame to that of its sides.
+    to the right, y up and z to the camera, in the first image of the first camera. `times` (M,)
+    are seconds, in ascending order, and `cameras` (M,) are indices of cameras.
+    `sides_from_object` (3, 3) maps directions in the object's frame to that of its sides.
     """
 
     directions: Floats

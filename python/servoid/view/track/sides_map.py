@@ -31,7 +31,8 @@ Floats = NDArray[np.float64]
 def draw_sides(sides: Sides, names: tuple[str, ...]) -> bytes:
     """Draw the directions to the cameras in an equal-area map; return the PNG file's bytes.
 
-    `names` are the cameras'. The middle is the side that the first camera saw first.
+    `names` are those of the cameras. The middle of the map is the side that the first camera saw
+    first.
     """
     figure = new_figure(9.6, 4.9)
     axes = figure.add_subplot(projection="mollweide")

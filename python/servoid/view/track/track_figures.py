@@ -88,13 +88,13 @@ class TrackFigures:
         }
 
     def verdict(self) -> Iterator[str]:
-        """Yield sentences: whether the track is good, and the most frequent reason why not."""
+        """Yield sentences: whether the track is good, and otherwise the most frequent reason."""
         word = next(word for word, least in _VERDICTS if self.result.tracked_share >= least)
         yield f"{word}: it was {self._tracked_words()}"
         doubts = notice_times([one for one in self.result.tracked if not one.is_tracked])
         if doubts:
             words, times = next(iter(doubts.items()))
-            yield f"The most frequent notice where it was not, {_often(times)}: {words}."
+            yield f"The most frequent notice while it was not, {_often(times)}: {words}."
 
     def words(self) -> Iterator[str]:
         """Yield the sentences of the page about rotation, corrections, body and speed."""

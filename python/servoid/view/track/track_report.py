@@ -32,7 +32,7 @@ _CAPTIONS = {
     "growth.png": (
         "How the body grew",
         "On the left, a camera's image; the line is the previous outline of the body. Sides "
-        "are named as the first camera saw them first.",
+        "have their names from the first image of the first camera.",
     ),
     "sides.png": (
         "From which sides it was seen",
@@ -40,16 +40,16 @@ _CAPTIONS = {
         "the cameras while the pose was tracked.",
     ),
     "turning.png": (
-        "How far the turn may have drifted",
+        "How far the rotation may have drifted",
         "The drift of the rotation since the first image; it falls where a known side is seen "
-        "again. Marks are corrections, at the drift before them.",
+        "again. Marks are corrections, plotted at the drift before them.",
     ),
-    "timeline.png": ("What became of each observation", ""),
+    "timeline.png": ("The result of each observation", ""),
 }
 _SHOWN = {
     "growth.png": "Images of a camera beside the body after each change, with its outline",
     "sides.png": "A map of all directions around the object with the cameras as dots",
-    "turning.png": "Lines of drift against the angle that the object has turned",
+    "turning.png": "Lines of drift against the total angle by which the object has turned",
     "timeline.png": "Over time: status, confidence, notices, and milliseconds per step",
 }
 
@@ -65,11 +65,11 @@ def write_track_report(
 ) -> list[Path]:
     """Write the pictures and the figures of a track into a folder; return the files' paths.
 
-    They are `report.html` (everything on one page, and the body to turn), `growth.png` (the body
-    as it grew), `sides.png` (the sides that were seen), `turning.png` (drift against the angle
-    turned), `timeline.png` (status, confidence, notices and times) and `summary.json`. The page
-    shows the sentences `notes` at its top. The folder is made if it is missing; other files in it
-    are left alone.
+    They are `report.html` (everything on one page, with an interactive view of the body),
+    `growth.png` (the body after each change), `sides.png` (the sides that were seen),
+    `turning.png` (drift against the angle turned), `timeline.png` (status, confidence, notices and
+    times) and `summary.json`. The page begins with the sentences `notes`. The folder is created if
+    it is missing; other files in it stay unchanged.
 
     Raises:
         OutputError: the folder cannot be written; then no file of the report in it changes.
@@ -85,7 +85,7 @@ def write_track_report(
     summary = json.dumps(figures.summary(), indent=1, allow_nan=False, ensure_ascii=False)
     files = {
         "report.html": _page(
-            figures, pictures, [*notes, *(f"At first: {note}" for note in result.notes)]
+            figures, pictures, [*notes, *(f"At the start: {note}" for note in result.notes)]
         ),
         **pictures,
         "summary.json": (summary + "\n").encode(),

@@ -1,4 +1,4 @@
-"""Computes an object's rotation relative to the camera, its drift, and its corrections."""
+"""Computes an object's rotation relative to the camera, its drift and its corrections."""
 
 import re
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ class Cause(Enum):
 
 @dataclass(frozen=True)
 class Correction:
-    """A correction of the rotation by `angle` radians at estimate number `place`, at `time_s`."""
+    """A correction of the rotation by `angle` radians at the estimate with index `place`."""
 
     place: int
     time_s: float

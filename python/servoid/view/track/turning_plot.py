@@ -51,12 +51,12 @@ def _deviations(axes: "Axes", along: Floats, turning: Turning) -> None:
     ]
     for name, values, color, style in lines:
         if np.isfinite(values).any():
-            # Where the object is not located, they may be arbitrarily large and mean nothing.
+            # Where the object is not located, they are meaningless and may be very large.
             shown = np.where(turning.located, np.degrees(values), np.nan)
             axes.plot(along, shown, style, color=color, linewidth=1.6, label=name)
     if not np.isfinite(turning.drift).any():
         axes.text(
-            0.5, 0.92, "drift is not known", transform=axes.transAxes, ha="center", color=QUIET_INK
+            0.5, 0.92, "drift unknown", transform=axes.transAxes, ha="center", color=QUIET_INK
         )
     axes.set_title("one standard deviation [deg]", loc="left", color=INK, fontsize=10.5)
     axes.set_ylim(bottom=0.0)
@@ -107,7 +107,7 @@ def drift_before(turning: Turning) -> Floats:
 
 
 def _shade(axes: "Axes", along: Floats, tracked: NDArray[np.bool_]) -> None:
-    """Shade the angles in which the object was not tracked."""
+    """Shade the angles at which the object was not tracked."""
     edges = np.flatnonzero(np.diff(np.concatenate([[True], tracked, [True]]).astype(int)))
     for first, end in edges.reshape(-1, 2):
         low, high = along[max(0, first - 1)], along[min(end, len(along) - 1)]

@@ -83,7 +83,7 @@ def test_a_start_without_commands_moves_nothing_and_lapses() -> None:
 def test_a_loop_that_ends_before_its_first_command_makes_room_at_once() -> None:
     bench = Bench()
     bench.start()
-    bench.receiver.end("the connection is over")
+    bench.receiver.end("the connection is closed")
     bench.step()
     assert bench.start() is None
 
@@ -92,7 +92,7 @@ def test_joints_that_still_move_are_not_started() -> None:
     bench = Bench()
     bench.start()
     bench.drive(0.5, 0.4)
-    bench.receiver.end("the connection is over")
+    bench.receiver.end("the connection is closed")
     bench.step()
     assert bench.start() is Refusal.MOVING
     assert bench.take(0.5) is Refusal.NOT_STARTED
@@ -149,8 +149,10 @@ def faulty(bench: Bench) -> dict[str, StoppingTrajectory]:
     steep = np.vstack([speeds[:2], np.zeros((1, count))])
     return {
         "does not end at rest": StoppingTrajectory(times, going_on),
-        "faster than the joints may": StoppingTrajectory(times, 10.0 * speeds),
-        "brakes harder": StoppingTrajectory(np.array([0.0, 0.1, 0.101]), steep),
+        "exceeds the joints' speed limits": StoppingTrajectory(times, 10.0 * speeds),
+        "exceeds the joints' acceleration limits": StoppingTrajectory(
+            np.array([0.0, 0.1, 0.101]), steep
+        ),
         "comes to rest after": StoppingTrajectory(late, speeds),
         "must begin at 0 and increase": StoppingTrajectory(times[::-1].copy(), speeds),
         "10 speeds at each": StoppingTrajectory(times, speeds[:, :9]),
@@ -244,12 +246,12 @@ def test_messages_are_lines_of_json_that_read_back_equal() -> None:
     assert from_loop(line) == message
     for wrong in (b"", b"{}", b'{"type":"stop"}', b'{"type":"start"}', b"\xff\xfe", b"[" * 9999):
         assert from_loop(wrong) is None
-        with pytest.raises(ServoError, match="is no message"):
+        with pytest.raises(ServoError, match="sent an invalid message"):
             from_driver(wrong)
 
 
 def test_a_line_that_is_nested_without_end_is_no_message() -> None:
     line = b'{"type":"start","session":"x","y":' + b"[" * 30_000 + b"]" * 30_000 + b"}"
     assert from_loop(line) is None
-    with pytest.raises(ServoError, match="no message"):
+    with pytest.raises(ServoError, match="sent an invalid message"):
         from_driver(line)

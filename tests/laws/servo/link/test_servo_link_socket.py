@@ -92,7 +92,7 @@ def test_a_driver_that_ends_brings_its_joints_to_rest_within_limits(driver: Serv
         for _ in range(20):
             arm.command(6.0 * SLOWLY)
         driver.end()
-        with pytest.raises(ServoError, match=r"the driver ends|is over"):
+        with pytest.raises(ServoError, match=r"the driver ends|is closed"):
             for _ in range(10**6):
                 arm.state()
                 arm.command(SLOWLY)
@@ -159,7 +159,7 @@ def test_a_loop_that_does_not_drive_makes_room_for_another(driver: Served) -> No
     idle = LinkedArm(MODEL, driver.address, SETTINGS)
     with LinkedArm(MODEL, driver.address, SETTINGS) as arm:
         arm.command(SLOWLY)
-        with pytest.raises(ServoError, match="is over"):
+        with pytest.raises(ServoError, match="is closed"):
             idle.start()
 
 
@@ -175,7 +175,7 @@ def test_lines_that_are_no_messages_are_counted_and_nothing_else(driver: Served)
 def test_a_line_without_an_end_ends_the_connection(driver: Served) -> None:
     with LinkedArm(MODEL, driver.address, SETTINGS) as arm:
         arm._driver._lines.send(b"x" * 200_000)
-        with pytest.raises(ServoError, match="is over"):
+        with pytest.raises(ServoError, match="is closed"):
             for _ in range(10**6):
                 arm.state()
                 arm._driver.listen()
@@ -227,7 +227,7 @@ def test_no_driver_a_silent_one_and_one_of_another_version_are_told() -> None:
     hasty = LinkSettings(patience_s=0.01, silence_s=0.01)
     listener = listening(("127.0.0.1", 0))
     place = listener.getsockname()
-    with pytest.raises(ServoError, match=r"has said nothing for 0.01 s; see if it hangs"):
+    with pytest.raises(ServoError, match=r"has sent nothing for 0.01 s; check whether it hangs"):
         LinkedArm(MODEL, place, hasty)
     listener.setblocking(True)
     connection, _ = listener.accept()

@@ -36,8 +36,8 @@ const GUESSED: f64 = 0.88;
 /// Penalty: a pose with a contradiction keeps at most this part of the trusted share, so that it is
 /// not trusted however well the rest fits.
 const PENALTY: f64 = 0.9;
-/// Part of the reference share below which a pose is refined once more, from coarser images, and
-/// compared with a rival now and then.
+/// Part of the reference share below which a pose is refined again, from other starts and
+/// resolutions, and compared with a rival now and then.
 const RETRY: f64 = 0.9;
 /// Share and part of the reference support from which on no other candidate is considered.
 const SURE: (f64, f64) = (0.7, 0.6);

@@ -155,8 +155,8 @@ def _check_size(info: Info, size_px: tuple[int, int], place: str) -> None:
     is_part = info.offset_px != (0, 0)
     if size_px != most and not (is_part and size_px[0] <= most[0] and size_px[1] <= most[1]):
         raise CaptureError(
-            f"{place} is of images of {most[0]}x{most[1]} pixels, but those that were recorded "
-            f"have {size_px[0]}x{size_px[1]}; choose the images to which it belongs"
+            f"{place} describes images of {most[0]}x{most[1]} pixels, but the recorded ones have "
+            f"{size_px[0]}x{size_px[1]}; choose the images to which it belongs"
         )
 
 

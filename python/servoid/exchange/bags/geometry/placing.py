@@ -146,9 +146,9 @@ def _first_from(place: str, first: Seat, other: Seat) -> Pose:
     across, down = shifts[1] - shifts[0]
     if np.hypot(across, down) < _LEAST_BASELINE_M:
         raise CaptureError(
-            f"{place}: nothing says where the camera of {other.image.topic} (frame "
-            f"'{other.image.frame}') is beside that of {first.image.topic} (frame "
-            f"'{first.image.frame}'): no TF, and no offset in P of their calibrations; "
+            f"{place}: the pose of the camera of {other.image.topic} (frame "
+            f"'{other.image.frame}') relative to that of {first.image.topic} (frame "
+            f"'{first.image.frame}') is unknown: no TF, and no offset in P of their calibrations; "
             f"record /tf_static, or choose one of them with --topic"
         )
     plane = Pose.from_parts((float(across), float(down), 0.0), (1.0, 0.0, 0.0, 0.0))

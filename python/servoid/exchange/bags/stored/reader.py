@@ -169,7 +169,7 @@ class Bag:
             words = str(reason).strip().rstrip(".") or type(reason).__name__
             cure = _CURES.get(self.path.suffix.lower(), _CURES[""])
             raise CaptureError(
-                f"{self.path} is cut short, damaged or no bag ({words[:200]}); {cure}"
+                f"{self.path} is cut short, damaged or not a bag ({words[:200]}); {cure}"
             ) from reason
 
 

@@ -1,1 +1,1 @@
-"""Solids, paint and a stage: what scenes of samples are made of."""
+"""Solids, textures and a stage for the scenes of samples."""

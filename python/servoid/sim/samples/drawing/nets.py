@@ -1,4 +1,4 @@
-"""A mesh of what a signed distance describes: one corner in each cell that the surface crosses."""
+"""Meshes a signed distance function by surface nets: one vertex in each cell on the surface."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from servoid.sim.samples.drawing.convex import Floats
 
-_STEPS = 3  # towards the surface, from where a corner came out
+_STEPS = 3  # steps of a vertex towards the surface
 
 Distance = Callable[[Floats], Floats]
 
@@ -17,7 +17,7 @@ def surface_net(
 ) -> tuple[Floats, NDArray[np.int64]]:
     """Return vertices (N, 3) and faces (M, 3) of a closed surface, anticlockwise from outside.
 
-    `distance` maps points (N, 3) to signed distances (N,), negative inside; the surface lies within
+    `distance` maps points (N, 3) to signed distances (N,), negative inside; the surface is within
     the box from `low` to `high` (3,). Cells are `spacing` wide.
     """
     counts = np.ceil((high - low) / spacing).astype(int) + 1
@@ -41,7 +41,7 @@ def surface_net(
 def finer(
     distance: Distance, vertices: Floats, faces: NDArray[np.int64]
 ) -> tuple[Floats, NDArray[np.int64]]:
-    """Return a mesh with four triangles for each, their new corners on the surface as well."""
+    """Subdivide each triangle into four, with the new vertices on the surface."""
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     pairs, which = np.unique(edges, axis=0, return_inverse=True)
     middles = vertices[pairs].mean(axis=1)
@@ -55,7 +55,7 @@ def finer(
 
 
 def _slopes(distance: Distance, points: Floats, step: float) -> Floats:
-    """Return the unit directions (N, 3) in which the distance grows."""
+    """Return the unit gradients (N, 3) of the distance."""
     found = np.stack(
         [distance(points + step * way) - distance(points - step * way) for way in np.eye(3)],
         axis=1,
@@ -64,7 +64,7 @@ def _slopes(distance: Distance, points: Floats, step: float) -> Floats:
 
 
 def _faces(inside: NDArray[np.bool_], number: NDArray[np.int64], axis: int) -> NDArray[np.int64]:
-    """Return two triangles for each edge along an axis that the surface cuts."""
+    """Return two triangles for each grid edge along an axis that the surface crosses."""
     first, second = (axis + 1) % 3, (axis + 2) % 3
     turned = inside.transpose(axis, first, second)
     cells = number.transpose(axis, first, second)
@@ -72,7 +72,7 @@ def _faces(inside: NDArray[np.bool_], number: NDArray[np.int64], axis: int) -> N
     found = []
     for leaves in (True, False):
         at, b, c = np.nonzero((start & ~end) if leaves else (~start & end))
-        # Around the edge, anticlockwise as its axis sees it.
+        # Anticlockwise around the edge, seen along its axis.
         ring = [cells[at, b, c], cells[at, b + 1, c], cells[at, b + 1, c + 1], cells[at, b, c + 1]]
         one, two, three, four = ring if leaves else ring[::-1]
         found += [np.stack([one, two, three], axis=1), np.stack([one, three, four], axis=1)]

@@ -1,4 +1,4 @@
-"""Paint that is a function of place, laid onto convex solids as textures."""
+"""Converts procedural paint, a function of position, to textures of convex solids."""
 
 from collections.abc import Callable
 
@@ -12,16 +12,16 @@ from servoid.sim.world.events.motions import row_of
 from servoid.sim.world.scene.visuals import ROOM, Cylinder, Ellipsoid, Finish, Plane, Shape, Visual
 
 Paint = Callable[[Floats], Floats]
-"""Takes points (3, N) in the frame of a thing to linear colours (3, N), 0 to 1."""
+"""Maps points (3, N) in the frame of a thing to linear colours (3, N), 0 to 1."""
 
-_LID = 5e-5  # metres: half the height of a tube's lids, of which a fifth stands out
+_LID = 5e-5  # metres: half the height of a tube's lids, a fifth of which protrudes
 _FACES = ((1, 2, 0), (2, 0, 1), (0, 1, 2))  # along, across and outwards, for each axis of a box
 
 
 def painted(
     part: Convex, paint: Paint, *, texel: float, carrier: str, gloss: float = 0.0
 ) -> list[Visual]:
-    """Return what a solid looks like in its paint, `texel` metres from one pixel to the next."""
+    """Return the painted visuals of a solid, with pixels `texel` metres apart."""
 
     def visual(shape: Shape, turn: Floats, place: Floats, at: Floats) -> Visual:
         turned, placed = part.axes.T @ turn, part.center + part.axes.T @ place
@@ -55,7 +55,7 @@ def painted(
 def flat_painted(
     center: Triple, half_size: tuple[float, float], turn: Floats, paint: Paint, *, texel: float
 ) -> Visual:
-    """Return a rectangle of the room in its paint; `turn` (3, 3) has its axes as columns."""
+    """Return a painted rectangle of the room; `turn` (3, 3) has its axes as columns."""
     pose = turn, np.array(center)
     return _visual(Plane(half_size), pose, _flat(half_size, texel), paint, carrier=ROOM)
 
@@ -69,7 +69,7 @@ def _visual(
     carrier: str,
     gloss: float = 0.0,
 ) -> Visual:
-    """Return a shape at a turn (3, 3) and a place (3,) with paint from its own places (3, H, W)."""
+    """Return a shape with rotation (3, 3) and position (3,), painted at points (3, H, W)."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = pose
     points = pose[0] @ at.reshape(3, -1) + pose[1][:, None]
@@ -78,13 +78,13 @@ def _visual(
 
 
 def _middles(length: float, texel: float) -> Floats:
-    """Return the middles of a texture's pixels along one side, as shares of it."""
+    """Return the centres of a texture's pixels along one side, as shares of it."""
     count = max(1, int(np.ceil(length / texel)))
     return (np.arange(count) + 0.5) / count
 
 
 def _around(radii: Floats, texel: float) -> Floats:
-    """Return places (3, H, W) on an ellipsoid, from +z down, and once around z from -x over -y."""
+    """Return points (3, H, W) on an ellipsoid, from +z down, and once around z from -x over -y."""
     reach = float(radii.max())
     turn = 2.0 * np.pi * (_middles(2.0 * np.pi * reach, texel) - 0.5)
     down = np.pi * _middles(np.pi * reach, texel)[:, None]
@@ -94,7 +94,7 @@ def _around(radii: Floats, texel: float) -> Floats:
 
 
 def _wall(radius: float, half: float, texel: float) -> Floats:
-    """Return places (3, H, W) on a tube's wall, from +z down, and once around z from -x over -y."""
+    """Return points (3, H, W) on a tube's wall, from +z down, and once around z from -x over -y."""
     turn = 2.0 * np.pi * (_middles(2.0 * np.pi * radius, texel) - 0.5)
     height = half * (1.0 - 2.0 * _middles(2.0 * half, texel)[:, None])
     return np.stack(
@@ -103,7 +103,7 @@ def _wall(radius: float, half: float, texel: float) -> Floats:
 
 
 def _flat(half: Floats | tuple[float, float], texel: float) -> Floats:
-    """Return places (3, H, W) on a rectangle, from -x to +x and from +y down."""
+    """Return points (3, H, W) on a rectangle, from -x to +x and from +y down."""
     x = half[0] * (2.0 * _middles(2.0 * half[0], texel) - 1.0)
     y = half[1] * (1.0 - 2.0 * _middles(2.0 * half[1], texel)[:, None])
     return np.stack(np.broadcast_arrays(x, y, 0.0)).copy()

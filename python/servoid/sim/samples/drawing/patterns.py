@@ -1,6 +1,6 @@
-"""Patterns that are painted on things: clouds, stripes and prints, each a function of the place.
+"""Procedural patterns: clouds, stripes and prints, each a function of position.
 
-All take points in metres and return shares from 0 to 1, with edges as soft as print on a toy.
+All take points in metres and return shares from 0 to 1, with slightly soft edges.
 """
 
 import numpy as np
@@ -13,13 +13,13 @@ Color = tuple[float, float, float]  # sRGB, 0 to 1
 _SIDE = 32
 _LATTICE = np.random.default_rng(11).random(_SIDE**3)
 _INK = np.random.default_rng(12).random((_SIDE, _SIDE)) < 0.62
-_EDGE = 0.0007  # metres over which one colour gives way to the next
-_LETTER, _LINE = 4, 7  # cells from one letter, and one line, to the next
+_EDGE = 0.0007  # metres of the transition between two colours
+_LETTER, _LINE = 4, 7  # cells per letter, and per line
 _LETTER_HEIGHT = 5
 
 
 def clouds(points: Floats, size: float, seed: int) -> Floats:
-    """Return smooth random shares (N,) at points (3, N), with lumps of about `size` metres."""
+    """Return smooth noise (N,) at points (3, N), with a scale of about `size` metres."""
     places = points / size + np.random.default_rng(seed).uniform(0.0, _SIDE, (3, 1))
     low = np.floor(places)
     x, y, z = (part * part * (3.0 - 2.0 * part) for part in places - low)
@@ -38,7 +38,7 @@ def clouds(points: Floats, size: float, seed: int) -> Floats:
 
 
 def rough_clouds(points: Floats, size: float, seed: int) -> Floats:
-    """Return random shares (N,) at points (3, N) with lumps of `size` metres and finer ones."""
+    """Return noise (N,) at points (3, N) with scales of `size` metres and finer ones."""
     fine = clouds(points, 0.31 * size, seed + 2)
     return (
         0.55 * clouds(points, size, seed)
@@ -48,7 +48,7 @@ def rough_clouds(points: Floats, size: float, seed: int) -> Floats:
 
 
 def covered(depth: Floats) -> Floats:
-    """Return what a patch covers (N,), where points are so many metres inside its edge."""
+    """Return the coverage (N,) of a patch for distances in metres inside its edge."""
     return np.clip(depth / _EDGE + 0.5, 0.0, 1.0)
 
 
@@ -63,7 +63,7 @@ def print_lines(u: Floats, v: Floats, cell: float, seed: int) -> Floats:
     start = np.random.default_rng(seed).integers(0, _SIDE, 2)
     column, row = u / cell - 0.5, v / cell - 0.5
     i, j = np.floor(column), np.floor(row)
-    # Half-way between two cells lies their edge; print is as sharp as other paint.
+    # The edge is half-way between two cells; print is as sharp as other paint.
     sharp = max(cell / _EDGE, 1.0)
     right = np.clip((column - i - 0.5) * sharp + 0.5, 0.0, 1.0)
     down = np.clip((row - j - 0.5) * sharp + 0.5, 0.0, 1.0)
@@ -80,17 +80,17 @@ def print_lines(u: Floats, v: Floats, cell: float, seed: int) -> Floats:
 
 
 def plain(color: Color, count: int) -> Floats:
-    """Return `count` points' linear colours (3, N), all of one paint."""
+    """Return linear colours (3, N) of `count` points, all of one paint."""
     return np.repeat(_linear(color), count, axis=1)
 
 
 def coat(painted: Floats, cover: Floats, color: Color) -> Floats:
-    """Return linear colours (3, N) after another coat where `cover` (N,) says so."""
+    """Return linear colours (3, N) with another coat, blended by `cover` (N,)."""
     return painted + cover * (_linear(color) - painted)
 
 
 def mottle(painted: Floats, points: Floats, size: float, strength: float, seed: int) -> Floats:
-    """Return linear colours (3, N) with lumps that are lighter and darker."""
+    """Return linear colours (3, N) with lighter and darker blotches."""
     shade = 1.0 + 2.0 * strength * (rough_clouds(points, size, seed) - 0.5)
     return np.clip(painted * shade, 0.0, 1.0)
 

@@ -1,4 +1,4 @@
-"""Solids with a signed distance: negative inside, positive outside, never above the true one."""
+"""Solids with a signed distance, negative inside, which never exceeds the true distance."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,7 +11,7 @@ Triple = tuple[float, float, float]
 
 
 class Solid(Protocol):
-    """Anything that can say how far a point is from its surface."""
+    """A solid with a signed distance function."""
 
     def distance(self, points: Array) -> Array:
         """Return the signed distances of points (3, N) in metres, as (N,)."""
@@ -33,7 +33,7 @@ class RoundCone:
         axis = np.asarray(self.end) - start
         length = float(np.linalg.norm(axis))
         axis /= length
-        # Seen from the axis, normals lean by this much towards the thinner end.
+        # The slope of normals towards the thinner end.
         lean = (self.start_radius - self.end_radius) / length
         slope = np.float32(lean / np.sqrt(1.0 - lean * lean))
         x, y, z = (points[i] - np.float32(start[i]) for i in range(3))
@@ -53,7 +53,7 @@ class RoundCone:
 
 @dataclass(frozen=True)
 class RoundBox:
-    """A box with rounded edges; `axes` holds its three directions as rows."""
+    """A box with rounded edges; the rows of `axes` are its three directions."""
 
     center: Triple
     half_size: Triple
@@ -74,7 +74,7 @@ class RoundBox:
 
 @dataclass(frozen=True)
 class RoundCylinder:
-    """An upright cylinder with rounded rims."""
+    """A vertical cylinder with rounded rims."""
 
     center: Triple
     radius: float
@@ -99,7 +99,7 @@ def blend(first: Array, second: Array, width: float) -> Array:
 
 
 def turned_axes(yaw_deg: float, pitch_deg: float, roll_deg: float) -> NDArray[np.float64]:
-    """Return the directions, as rows, of a box that is rolled, then pitched up, then turned."""
+    """Return the directions, as rows, of a box after roll, pitch and yaw."""
     yaw, pitch, roll = np.radians([yaw_deg, pitch_deg, roll_deg])
     turn = [[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]]
     rise = [

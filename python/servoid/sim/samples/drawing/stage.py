@@ -1,4 +1,4 @@
-"""What stands before the cameras of a sample, drawn as a world is drawn."""
+"""Renders the scene of a sample with the ray-caster."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,7 +13,7 @@ from servoid.sim.world.scene.visuals import Visual
 
 
 class Stage:
-    """Visuals under a lamp; those whose carrier has no pose stand where they are."""
+    """Visuals under a lamp; those whose carrier has no pose are static."""
 
     def __init__(
         self, visuals: Sequence[Visual], toward: tuple[float, float, float], level: float
@@ -50,7 +50,7 @@ class Stage:
     def shows(
         self, carrier: str, lens: Lens, world_from_lens: Floats, poses: Mapping[str, Floats]
     ) -> NDArray[np.bool_]:
-        """Return which pixels' centres (H, W) show what a carrier carries."""
+        """Return the mask (H, W) of the visuals of a carrier."""
         _, numbers = self._raycaster.depth(lens, _row(world_from_lens), self._placed(poses))
         carried = np.array([name == carrier for name in self._carriers])
         return np.asarray((numbers >= 0) & carried[np.maximum(numbers, 0)])

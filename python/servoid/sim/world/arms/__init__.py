@@ -1,1 +1,1 @@
-"""Arms and their eyes: shipped ones, those of files, how physics drives them."""
+"""Arms with cameras: shipped ones, those of files, and their simulated drives."""

@@ -1,4 +1,4 @@
-"""What the robot's software believes of its head and its eyes, which is not quite so."""
+"""The calibration of head and cameras in the robot's software, with its errors."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from servoid.sim.world.lab import Lab
 
 
 class Calibration:
-    """Answers by the calibration of a laboratory; the world itself is drawn without it."""
+    """Computes poses by the calibration of a laboratory; rendering uses the true ones."""
 
     def __init__(
         self, robot: Robot, kinematics: Kinematics, lab: Lab, true_cameras: tuple[Camera, ...]
@@ -27,7 +27,7 @@ class Calibration:
         self._eye_from_believed = (left, _joined(right_from_true, right))
 
     def world_from_eyes(self, positions: Floats) -> tuple[Pose, ...]:
-        """Return where the eyes are believed to be with the joints at these angles (N,)."""
+        """Return the calibrated poses of the cameras for these joint angles (N,)."""
         world_from_eyes = self._kinematics.world_from_eyes(positions)
         if any(self._eye_from_believed):
             world_from_eyes = tuple(
@@ -44,17 +44,17 @@ class Calibration:
 
 
 def _joined(a_from_b: Pose | None, b_from_c: Pose | None) -> Pose | None:
-    """Return one motion after another, either of which may be None."""
+    """Compose two motions, either of which may be None."""
     if a_from_b is None or b_from_c is None:
         return a_from_b or b_from_c
     return a_from_b @ b_from_c
 
 
 def _turn(true: Camera, believed: Camera) -> Pose | None:
-    """Return the turn of an eye that makes up for its principal point, None if that is right.
+    """Return the rotation of a camera that compensates its principal point's error, or None.
 
-    Whatever calibrates both at once cannot tell one from the other, and what is straight ahead is
-    still believed to be there.
+    A calibration of both cannot separate one from the other, so the direction of the optical
+    axis is preserved.
     """
     off = np.subtract(believed.center_px, true.center_px)
     if not off.any():
@@ -64,7 +64,7 @@ def _turn(true: Camera, believed: Camera) -> Pose | None:
 
 
 def _eyes(robot: Robot, head: Pose | None, right: Pose | None) -> Eyes | None:
-    """Return how the eyes are believed to turn, None if they do not."""
+    """Return the calibrated joints of the cameras, None if the cameras are fixed."""
     if not robot.turns_eyes:
         return None
     count = robot.hand_count

@@ -1,4 +1,4 @@
-"""The sensors of an arm's joints: what its software knows of where they are."""
+"""The encoders of an arm's joints."""
 
 from servoid.servo import JointState
 from servoid.sim.world.arms.joint_servos import JointServos
@@ -7,9 +7,9 @@ from servoid.sim.world.lab import Lab
 
 
 class Encoders:
-    """Reads joints with the errors of a laboratory; a reading is the same however often it is read.
+    """Reads joints with the errors of a laboratory; repeated readings at a time are equal.
 
-    `steps` physics steps are a control period, `hand_count` joints move the hand.
+    A control period has `steps` physics steps; `hand_count` joints move the hand.
     """
 
     def __init__(self, servos: JointServos, lab: Lab, steps: int, hand_count: int) -> None:
@@ -18,7 +18,7 @@ class Encoders:
         self._zeros = lab.zeros(self._count, hand_count)
 
     def state(self) -> JointState:
-        """Return what the joints do now, as far as they are known."""
+        """Return the present state of the joints, with errors."""
         servos, step = self._servos, self._servos.steps
         return JointState(
             servos.time_s,
@@ -28,9 +28,9 @@ class Encoders:
         )
 
     def positions_at(self, time_s: float) -> Floats:
-        """Return the angles (N,) as they are known to have been at a time within the last second.
+        """Return the measured angles (N,) at a time within the last second.
 
-        What is read once a control period is taken to have gone evenly from reading to reading.
+        Readings once per control period are interpolated linearly.
         """
         servos = self._servos
         if not self._lab.settings.read_once:

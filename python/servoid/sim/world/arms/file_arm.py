@@ -1,4 +1,4 @@
-"""Takes any arm from an MJCF or URDF file, and puts a head with two eyes on it."""
+"""Builds an arm from an MJCF or URDF file, with a head of two cameras."""
 
 import math
 from pathlib import Path
@@ -19,27 +19,27 @@ from servoid.sim.world.scene.solids import add_solids
 from servoid.sim.world.settings import ArmSettings
 from servoid.words import in_one_line
 
-_MJCF, _URDF = "mujoco", "robot"  # what such files begin with
+_MJCF, _URDF = "mujoco", "robot"  # root elements of such files
 _SUFFIXES = (".xml", ".mjcf", ".urdf")
 _XACRO = "{http://www.ros.org/wiki/xacro}"
-_ENDLESS = 2.0 * math.pi  # how far a joint without limits may turn to each side
-_REACH = 0.1  # of the post that carries the head, in m
+_ENDLESS = 2.0 * math.pi  # range of a joint without limits to each side
+_REACH = 0.1  # size of the post that carries the head, in m
 
 
 def is_file_name(name: str) -> bool:
-    """Say if an arm's name is meant as that of a file."""
+    """Return whether an arm's name refers to a file."""
     path = Path(name)
     return bool(path.suffix) or len(path.parts) > 1 or path.exists()
 
 
 def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robot:
-    """Build the arm of a file: its turning joints from the base to the mount are driven.
+    """Build the arm of a file: its revolute joints from the base to the mount are driven.
 
-    Other joints, as those of fingers, are fixed, and the file's own actuators are left out.
+    Other joints, such as those of fingers, are fixed, and the file's own actuators are left out.
 
     Raises:
-        SimError: the file is missing, malformed or of another kind, or does not hold the mount
-            that is asked for.
+        SimError: the file is missing, malformed or of another kind, or does not contain the mount
+            of the settings.
 
     """
     spec, urdf = _read(Path(settings.name))
@@ -72,7 +72,7 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
 
 
 def _read(path: Path) -> tuple[Any, Urdf | None]:
-    """Return the `mujoco.MjSpec` of a file, and what else it says if it is a URDF."""
+    """Return the `mujoco.MjSpec` of a file, and its further content if it is a URDF."""
     mujoco = load_mujoco()
     urdf = read_urdf(path) if _kind(path) == _URDF else None
     try:
@@ -88,7 +88,7 @@ def _read(path: Path) -> tuple[Any, Urdf | None]:
 
 
 def _kind(path: Path) -> str:
-    """Return what a file begins with, of those that can be read.
+    """Return the root element of a file, one of those that can be read.
 
     Raises:
         SimError: it is another kind of file, or none.
@@ -127,7 +127,7 @@ def _of_xacro(path: Path) -> str:
 
 
 def _notes(name: str, urdf: Urdf, joints: list[Any]) -> tuple[str, ...]:
-    """Tell a person which joints lack a limit that they have in truth."""
+    """Return a message on joints without a torque limit."""
     free = [joint.name for joint in joints if joint.name in urdf.effortless]
     if not free:
         return ()
@@ -145,7 +145,7 @@ def _compiled(spec: Any, name: str) -> Any:
 
 
 def _mount(spec: Any, model: Any, settings: ArmSettings) -> tuple[Any, Any]:
-    """Return the body that carries the hand, and where on it the mount is, as a row (7,)."""
+    """Return the body that carries the hand, and the mount's pose on it, as a row (7,)."""
     name = settings.mount
     for site in spec.sites:
         if name is not None and site.name == name:
@@ -185,7 +185,7 @@ def _chain(spec: Any, mount: Any, name: str) -> list[Any]:
 
 
 def _home(model: Any, joints: list[str]) -> tuple[float, ...]:
-    """Return the angles of the file's first key frame, or those in which it was drawn."""
+    """Return the angles of the file's first key frame, or its reference angles."""
     angles = model.key_qpos[0] if model.nkey else model.qpos0
     return tuple(float(angles[model.joint(name).qposadr[0]]) for name in joints)
 
@@ -205,7 +205,7 @@ def _servo(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: f
 
 
 def _strip(spec: Any, driven: set[str]) -> None:
-    """Take out what would move or hold the arm beside the servos."""
+    """Remove everything that would move or hold the arm besides the servos."""
     for kind in ("keys", "sensors", "actuators", "equalities", "tendons", "excludes"):
         for one in list(getattr(spec, kind)):
             spec.delete(one)

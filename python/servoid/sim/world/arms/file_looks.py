@@ -1,4 +1,4 @@
-"""What can be seen of an arm that a file describes."""
+"""The visuals of an arm from a file."""
 
 from typing import Any
 
@@ -48,7 +48,7 @@ def _color(model: Any, index: int) -> tuple[float, float, float, float]:
 
 
 def _shape(model: Any, index: int) -> Shape | None:
-    """Return the shape of a geom, None for one that is no solid."""
+    """Return the shape of a geom, None if it is not solid."""
     kinds = load_mujoco().mjtGeom
     a, b, c = (float(part) for part in model.geom_size[index])
     kind = int(model.geom_type[index])

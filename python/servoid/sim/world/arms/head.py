@@ -1,4 +1,4 @@
-"""The head: a hand's two cameras as eyes that share a tilt and have a pan each, or fixed ones."""
+"""The head: two cameras with a common tilt and a pan each, or two fixed ones."""
 
 import math
 from typing import Any
@@ -7,16 +7,16 @@ from servoid.sim.arm_file import EyeLimits
 from servoid.sim.world.arms.robot import EYES, HAND, TILT, JointServo
 from servoid.sim.world.scene.visuals import Box, Capsule, Cylinder, Ellipsoid, Finish, Visual
 
-_BALL = 0.030  # radius of an eye's housing in m, which ends just behind the camera's centre
+_BALL = 0.030  # radius of a camera's housing in m, which ends just behind the camera's centre
 _BEHIND = _BALL + 0.004
-_ACROSS = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)  # lays a capsule along x
+_ACROSS = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)  # rotates a capsule to x
 _SHELL = Finish(color=(0.93, 0.93, 0.91), gloss=0.35)
 _DARK = Finish(color=(0.10, 0.11, 0.13), gloss=0.5)
 _TRIM = Finish(color=(0.05, 0.42, 0.47), gloss=0.3)
 
 
 def add_head(hand: Any, limits: EyeLimits, turning: bool) -> tuple[JointServo, ...]:
-    """Add eyes to the body of a hand (`mujoco.MjsBody`), and return the servos that turn them."""
+    """Add cameras to the body of a hand (`mujoco.MjsBody`), and return their servos."""
     tilt = hand.add_body(name=TILT)
     _weigh(tilt, 0.2, 0.05)
     if turning:
@@ -43,7 +43,7 @@ def add_head(hand: Any, limits: EyeLimits, turning: bool) -> tuple[JointServo, .
 
 
 def head_visuals(half_baseline: float, reach: float) -> tuple[Visual, ...]:
-    """Return what can be seen of a head; `reach` is how far behind it, in m, the mount begins."""
+    """Return the visuals of a head; `reach` is the distance of its mount behind it, in m."""
     bar = half_baseline - _BALL
     post = max(0.5 * (reach - 0.06), 0.01)
     visuals = [
@@ -62,7 +62,7 @@ def head_visuals(half_baseline: float, reach: float) -> tuple[Visual, ...]:
 
 
 def _weigh(body: Any, mass: float, radius: float) -> None:
-    """Give a body the mass and inertia of a ball."""
+    """Set a body's mass and inertia to those of a ball."""
     body.explicitinertial = True
     body.mass = mass
     body.inertia = [0.4 * mass * radius * radius] * 3

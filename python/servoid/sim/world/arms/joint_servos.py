@@ -1,4 +1,4 @@
-"""The speed servos of an arm's joints, and how its angles went."""
+"""The speed servos of an arm's joints, and the recent history of its angles."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.scene.contacts import greatest_force
 from servoid.sim.world.scene.engine import load_mujoco
 
-_REMEMBERED_S = 1.0  # more than the longest exposure and control period take together
+_REMEMBERED_S = 1.0  # more than the longest exposure and control period together
 
 
 class JointServos:
-    """Turns joints at commanded speeds, as the servos of a real arm do.
+    """Moves joints at commanded speeds, as the servos of a real arm do.
 
     Each joint's speed follows the command with a first-order lag, within its acceleration, speed
-    and torque, and it brakes before its limits. Gravity is balanced by a `model` of the arm; where
-    the arm itself, the `plant`, moves in another way, the servos bring back what the speeds miss.
-    What pushes the arm from outside stops it.
+    and torque limits, and it brakes before its position limits. The torques are computed with a
+    `model` of the arm; if the true arm, the `plant`, differs, the servos correct the speed errors.
+    External torques stop the arm.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class JointServos:
         *,
         known: bool,
     ) -> None:
-        """Take an arm as the servos know it and as it is; `known` says that both move alike."""
+        """Take the servos' model of an arm and the true arm; `known` if both move alike."""
         self._mujoco = load_mujoco()
         self._model, self._plant = model, plant
         self.protection: ProtectiveStop = protection
@@ -45,7 +45,7 @@ class JointServos:
         self._places, self._speeds = kinematics.places, kinematics.speeds
         step = model.opt.timestep
         self._lag = np.array([servo.lag_s for servo in robot.servos])
-        self._gain = -exact.expm1(-step / self._lag) / step  # exact for a command that lasts a step
+        self._gain = -exact.expm1(-step / self._lag) / step  # exact for a command of one step
         self._acceleration = np.array([servo.acceleration for servo in robot.servos])
         self._speed = np.array([servo.speed for servo in robot.servos])
         self._torque = np.array([servo.torque for servo in robot.servos])
@@ -58,17 +58,17 @@ class JointServos:
 
     @property
     def time_s(self) -> float:
-        """Return the time since the world began, without the drift of a sum."""
+        """Return the simulated time, without accumulated rounding errors."""
         return self._steps * self._model.opt.timestep
 
     @property
     def steps(self) -> int:
-        """Return how many physics steps have passed."""
+        """Return the number of physics steps so far."""
         return self._steps
 
     @property
     def step_s(self) -> float:
-        """Return how long a physics step takes."""
+        """Return the duration of a physics step."""
         return float(self._model.opt.timestep)
 
     @property
@@ -83,14 +83,14 @@ class JointServos:
 
     @property
     def contact_force(self) -> float:
-        """Return the greatest force of what touches in N, 0 where nothing does."""
+        """Return the greatest contact force in N, 0 without contact."""
         return greatest_force(self._plant, self._data)
 
     def step(self, velocities: Floats, world_from_object: Floats) -> None:
-        """Let one physics step pass with the joints told to turn at (N,) rad/s.
+        """Simulate one physics step with commanded joint speeds (N,) in rad/s.
 
-        The object is at a pose (7,) meanwhile. After a protective stop the joints brake, whatever
-        they are told.
+        The object is at a pose (7,) meanwhile. After a protective stop the joints brake, regardless
+        of the command.
         """
         data = self._data
         data.mocap_quat[0], data.mocap_pos[0] = world_from_object[:4], world_from_object[4:]
@@ -119,14 +119,14 @@ class JointServos:
         return (1.0 - share) * self._went[index] + share * self._went[index + 1]
 
     def positions_of(self, step: int) -> Floats:
-        """Return the angles (N,) after so many steps, at most those of the last second."""
+        """Return the angles (N,) after a number of steps, within the last second."""
         place = step - (self._steps - len(self._went) + 1)
         return self._went[min(max(place, 0), len(self._went) - 1)].copy()
 
     def _unexplained(self, off: Floats, needed: Floats) -> Floats:
-        """Return torques (N,) that joints whose accelerations are `off` (V,) had from outside.
+        """Return the external torques (N,) on joints with acceleration errors `off` (V,).
 
-        `needed` (V,) are those with which the model would have had none.
+        `needed` (V,) are the torques of the model for its accelerations.
         """
         outside = np.zeros(self._model.nv)
         known = self._data if self._corrections is None else self._corrections.known
@@ -134,7 +134,7 @@ class JointServos:
         return (outside + needed - self._data.qfrc_applied)[self._speeds]
 
     def _computed(self, wanted: Floats) -> Floats:
-        """Return the torques that bring about accelerations, as the servos' model has it."""
+        """Return the torques of accelerations, by the servos' model."""
         data = self._data
         if self._corrections is not None:
             data = self._corrections.known
@@ -145,7 +145,7 @@ class JointServos:
         return needed + (data.qfrc_bias - data.qfrc_passive)
 
     def _settled(self, start: Floats) -> "_Corrections":
-        """Return what balances the arm at rest: its servos have held it for a while."""
+        """Return the integral term of an arm that has been at rest for a while."""
         known = self._mujoco.MjData(self._model)
         known.qpos[self._places] = start
         for model, data in ((self._model, known), (self._plant, self._data)):
@@ -156,7 +156,7 @@ class JointServos:
         return _Corrections(known, np.zeros(len(start)), held[0, self._speeds].copy())
 
     def _answer(self, velocities: Floats) -> Floats:
-        """Return the accelerations (N,) with which the joints answer a command."""
+        """Return the accelerations (N,) of the joints for a command."""
         angles, speeds = self._data.qpos[self._places], self._data.qvel[self._speeds]
         if self._corrections is not None:
             return self._corrected(self._corrections, velocities, angles, speeds)
@@ -165,22 +165,22 @@ class JointServos:
     def _corrected(
         self, corrections: "_Corrections", velocities: Floats, angles: Floats, speeds: Floats
     ) -> Floats:
-        """Return accelerations (N,) that keep the speeds (N,) to those of an arm that is known."""
+        """Return accelerations (N,) by which the arm follows the speeds of its model."""
         step, most = self.step_s, self._acceleration
         if self.protection.stopped and self.protection.pushed:
-            corrections.speeds = speeds  # the arm yields
+            corrections.speeds = speeds  # the arm yields to external torques
         asked = self._wanted(velocities, angles, corrections.speeds)
         off = corrections.speeds - speeds
         answer = asked + self._gain * off + corrections.held
         if not self.protection.pushed:
-            # Both poles lie at half the gain: nothing overshoots.
+            # Both poles are at half the gain, so there is no overshoot.
             held = corrections.held + 0.25 * self._gain * self._gain * step * off
             corrections.held = np.clip(held, -most, most)
         corrections.speeds = corrections.speeds + step * asked
         return answer
 
     def _wanted(self, velocities: Floats, angles: Floats, speeds: Floats) -> Floats:
-        """Return the accelerations (N,) of an arm at these speeds (N,) that is known exactly."""
+        """Return the accelerations (N,) at speeds (N,) of an arm that is known exactly."""
         allowed = np.clip(velocities, -self._speed, self._speed)
         allowed = np.clip(
             allowed, -self._braked(angles - self._lower), self._braked(self._upper - angles)
@@ -188,17 +188,17 @@ class JointServos:
         return np.clip((allowed - speeds) * self._gain, -self._acceleration, self._acceleration)
 
     def _braked(self, room: Floats) -> Floats:
-        """Return the speeds (N,) from which joints can stop within so many radians, lag and all."""
+        """Return the speeds (N,) from which lagging joints can stop within some radians."""
         room = np.maximum(room, 0.0)
         return np.minimum(np.sqrt(self._acceleration * room), room / (4.0 * self._lag))
 
 
 @dataclass
 class _Corrections:
-    """What servos do against an arm that is not as their model has it.
+    """The feedback of servos whose model of the arm has errors.
 
-    `known` (`mujoco.MjData`) is of the model; `speeds` (N,) are those that the joints should have,
-    and `held` (N,) the accelerations that hold against what is wrong all the time.
+    `known` (`mujoco.MjData`) is that of the model; `speeds` (N,) are the desired joint speeds, and
+    `held` (N,) is the integral term, as accelerations.
     """
 
     known: Any

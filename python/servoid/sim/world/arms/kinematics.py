@@ -1,4 +1,4 @@
-"""Where the links of an arm are for given joint angles, apart from the motion of the world."""
+"""The kinematics of an arm for given joint angles, independent of the simulation."""
 
 from typing import Any
 
@@ -12,13 +12,13 @@ from servoid.sim.world.arms.robot import EYES, HAND, Robot
 from servoid.sim.world.events.motions import Floats, pose_of
 from servoid.sim.world.scene.engine import load_mujoco
 
-_TRIES = 60  # starts that are tried to reach a hand pose
+_TRIES = 60  # initial values that are tried for a hand pose
 _SEED = 5
 _ENOUGH = 6
 
 
 class Kinematics:
-    """Answers for joint angles (N,) in radians, in the order of the robot's servos."""
+    """Computes kinematics of joint angles (N,) in radians, in the order of the robot's servos."""
 
     def __init__(self, robot: Robot, model: Any) -> None:
         self._mujoco = load_mujoco()
@@ -37,16 +37,16 @@ class Kinematics:
             speed=np.array([servo.speed for servo in robot.servos]),
             acceleration=np.array([servo.acceleration for servo in robot.servos]),
         )
-        # Six joints are enough to get anywhere; a seventh would be left open.
+        # Six joints determine a pose; a seventh would be redundant.
         self._free = slice(1 if robot.hand_count > _ENOUGH else 0, robot.hand_count)
 
     def world_from_hand(self, positions: Floats) -> Pose:
-        """Return where the hand is."""
+        """Return the pose of the hand."""
         self._place(positions)
         return self._pose(self._hand)
 
     def world_from_eyes(self, positions: Floats) -> tuple[Pose, ...]:
-        """Return where the eyes' lenses are."""
+        """Return the poses of the cameras."""
         self._place(positions)
         return tuple(self._pose(eye) for eye in self._eyes)
 
@@ -59,18 +59,18 @@ class Kinematics:
         return np.ascontiguousarray(found[:, self.speeds])
 
     def bodies(self, positions: Floats) -> Floats:
-        """Return where all bodies are, (B, 7) as (w, x, y, z, tx, ty, tz) by their number."""
+        """Return the poses (B, 7) of all bodies as (w, x, y, z, tx, ty, tz), by their number."""
         self._place(positions)
         return np.concatenate([self._data.xquat, self._data.xpos], axis=1)
 
     def reach(self, world_from_hand: Pose) -> Floats:
-        """Return joint angles (N,) that bring the hand there, the eyes looking ahead.
+        """Return joint angles (N,) for a hand pose, with the cameras straight ahead.
 
-        Of seven joints or more the first stays at 0, if it can. Of the ways that are found, the
-        one with the highest elbow is taken.
+        Of seven joints or more the first stays at 0, if possible. Of several solutions, the one
+        with the highest elbow is returned.
 
         Raises:
-            SimError: the hand cannot get there.
+            SimError: the pose cannot be reached.
 
         """
         every = slice(0, self._free.stop)
@@ -84,7 +84,7 @@ class Kinematics:
         )
 
     def _reached(self, world_from_hand: Pose, free: slice) -> Floats | None:
-        """Return the joint angles (N,) with the highest elbow, if some of the joints are free."""
+        """Return the joint angles (N,) with the highest elbow, if some joints are redundant."""
         random = np.random.default_rng(_SEED)
         best: tuple[float, Floats] | None = None
         lower, upper = self.joints.lower[free], self.joints.upper[free]

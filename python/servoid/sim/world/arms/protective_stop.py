@@ -1,4 +1,4 @@
-"""An arm's protective stop: torques that its model does not explain brake it until a reset."""
+"""An arm's protective stop: external torques brake it until a reset."""
 
 from typing import Any
 
@@ -9,45 +9,45 @@ from servoid.sim.world.arms.robot import Robot
 from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.scene.engine import load_mujoco
 
-_SMOOTHED_S = 0.004  # of the torques, so that a single step's rounding stops nothing
+_SMOOTHED_S = 0.004  # time constant of the torques, so that rounding in a single step has no effect
 _GRAVITY = 9.81
-_TRUSTED = 0.5  # share of the torque that stops, below which servos go on to learn what they miss
+_TRUSTED = 0.5  # share of the stopping torque below which the servos' integral term stays active
 
 
 class ProtectiveStop:
-    """Compares torques with those that an arm's model explains, as collaborative arms do.
+    """Compares torques with those of an arm's model, as collaborative arms do.
 
-    What is left pushes the joints from outside. Where it exceeds what a joint withstands the arm is
-    stopped, and stays so until `reset`.
+    The difference is the external torque. If it exceeds a joint's threshold, the arm is stopped,
+    until `reset`.
     """
 
     def __init__(self, most: Floats, step_s: float) -> None:
-        """Take the torques (N,) in N m that joints bear, and how often they are measured."""
+        """Take the joints' thresholds (N,) in N m, and the interval of measurements."""
         self._most, self._share = most, -exact.expm1(-step_s / _SMOOTHED_S)
         self._unexplained = np.zeros(len(most))
         self.stopped: bool = False
 
     def see(self, torques: Floats) -> None:
-        """Take in the torques (N,) in N m that the model does not explain, one step later."""
+        """Process the external torques (N,) in N m of one step."""
         self._unexplained += self._share * (torques - self._unexplained)
         self.stopped |= bool(np.any(np.abs(self._unexplained) > self._most))
 
     @property
     def pushed(self) -> bool:
-        """Say if something may push the arm, so that its servos must not learn from it."""
+        """Return whether something may push the arm, so that the integral term must not change."""
         return bool(np.any(np.abs(self._unexplained) > _TRUSTED * self._most))
 
     def reset(self) -> None:
-        """Let the arm move again; what still pushes it stops it once more."""
+        """Let the arm move again; a persisting contact stops it again."""
         self.stopped = False
         self._unexplained[:] = 0.0
 
 
 def borne_torques(robot: Robot, model: Any, start: Floats, share: float) -> Floats:
-    """Return the torques from outside (N,) in N m that an arm's joints bear.
+    """Return the thresholds (N,) in N m of external torques on an arm's joints.
 
-    They are a share of each joint's greatest torque. Of a joint that has none it is what it takes
-    to hold still, in the worst pose, what it carries at the start, and to accelerate it.
+    They are a share of each joint's maximum torque. For a joint without a maximum, it is the torque
+    that holds its initial load in the worst pose, plus that of its maximum acceleration.
     """
     mujoco = load_mujoco()
     data = mujoco.MjData(model)

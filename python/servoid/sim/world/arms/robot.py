@@ -1,4 +1,4 @@
-"""An arm as it is handed to the physics: its bodies, its servos and what can be seen of it."""
+"""An arm for the physics engine: its bodies, servos and visuals."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 from servoid.pose import Pose
 from servoid.sim.world.scene.visuals import Visual
 
-HAND, TILT = "servoid hand", "servoid tilt"  # names that an arm of a file will not have
+HAND, TILT = "servoid hand", "servoid tilt"  # names that hardly occur in an arm's file
 EYES = ("servoid left eye", "servoid right eye")
 
 
@@ -27,9 +27,9 @@ class JointServo:
 class Robot:
     """A robot that is ready to be compiled.
 
-    `spec` is a `mujoco.MjSpec` that holds bodies named `HAND` and `EYES`; `servos` move the hand,
-    the first `hand_count` of them, and the eyes. It starts with `angles` or, where they are None,
-    with the hand at `world_from_hand`. `notes` are for people.
+    `spec` is a `mujoco.MjSpec` with bodies named `HAND` and `EYES`; the first `hand_count` of the
+    `servos` move the hand, the others the cameras. It starts with `angles` or, if they are None,
+    with the hand at `world_from_hand`. `notes` are messages for the user.
     """
 
     spec: Any
@@ -43,5 +43,5 @@ class Robot:
 
     @property
     def turns_eyes(self) -> bool:
-        """Say if the eyes turn."""
+        """Return whether the cameras have joints."""
         return len(self.servos) > self.hand_count

@@ -1,4 +1,4 @@
-"""Builds a shipped arm out of its file: bodies by Denavit-Hartenberg parameters, servos, looks."""
+"""Builds a shipped arm from its file: bodies by Denavit-Hartenberg parameters, servos, visuals."""
 
 import math
 from typing import Any
@@ -18,11 +18,11 @@ _SHELL = Finish(color=(0.88, 0.88, 0.86), gloss=0.3)
 _DRUM = Finish(color=(0.22, 0.27, 0.34), gloss=0.4)
 _TRIM = Finish(color=(0.05, 0.42, 0.47), gloss=0.3)
 _RADIUS = (0.085, 0.072, 0.066, 0.058, 0.051, 0.046, 0.036)  # of the links, in m
-_DRUM_RADIUS = (0.092, 0.082, 0.0, 0.068, 0.0, 0.053, 0.0)  # of what turns across the arm
+_DRUM_RADIUS = (0.092, 0.082, 0.0, 0.068, 0.0, 0.053, 0.0)  # radius of the drums at the bends
 
 
 def build_shipped_arm(arm: ArmFile, turning_eyes: bool) -> Robot:
-    """Build the arm that a file of `sim/arms` describes, its base in the world's origin."""
+    """Build the arm of a file in `sim/arms`, with its base at the world's origin."""
     mujoco = load_mujoco()
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -54,7 +54,7 @@ def build_shipped_arm(arm: ArmFile, turning_eyes: bool) -> Robot:
 
 
 def _offsets(arm: ArmFile) -> list[Floats]:
-    """Return where each joint sits in the frame of the one before it, (3,) each."""
+    """Return the position of each joint in the frame of the one before it, (3,) each."""
     offsets = []
     lengths = iter(arm.lengths)
     for index, twist_deg in enumerate(arm.chain.twists_deg):
@@ -78,7 +78,7 @@ def _servo(arm: ArmFile, index: int) -> JointServo:
 
 
 def _weigh(body: Any, arm: ArmFile, index: int) -> None:
-    """Give a link the mass and inertia of a cylinder along it: before a bend, the half it holds."""
+    """Set a link's mass and inertia to those of a cylinder along it, or of its half at a bend."""
     mass, radius = arm.joints.mass[index], _RADIUS[index]
     start, end = _span(arm, index)
     length = max(exact.norm(end - start), 2.0 * radius)
@@ -93,9 +93,9 @@ def _weigh(body: Any, arm: ArmFile, index: int) -> None:
 
 
 def _span(arm: ArmFile, index: int) -> tuple[Floats, Floats]:
-    """Return from where to where, in its own frame, a link reaches: (3,) each.
+    """Return both ends of a link in its own frame, (3,) each.
 
-    The frame of an odd joint sits at the far end of its link, and half of the link turns with the
+    The frame of an odd joint is at the far end of its link, and half of the link moves with the
     joint before.
     """
     offsets = _offsets(arm)
@@ -107,7 +107,7 @@ def _span(arm: ArmFile, index: int) -> tuple[Floats, Floats]:
 
 
 def _links(arm: ArmFile, offsets: list[Floats]) -> list[Visual]:
-    """Return what can be seen of the arm: a foot, a capsule a link and a drum a bend."""
+    """Return the visuals of the arm: a foot, a capsule per link and a drum per bend."""
     height = float(offsets[0][2])
     foot = 0.5 * (height - _DRUM_RADIUS[0])
     upright = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)

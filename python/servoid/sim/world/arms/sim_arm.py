@@ -1,4 +1,4 @@
-"""An arm in a simulated world, driven like a real one."""
+"""An arm in a simulated world, with the interface of a real one."""
 
 from collections.abc import Callable
 
@@ -13,14 +13,14 @@ from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.protective_stop import ProtectiveStop
 from servoid.sim.world.events.motions import Floats
 
-_AT_REST = 0.02  # rad/s, above what encoders of a joint at rest say
+_AT_REST = 0.02  # rad/s, above the encoders' noise of a joint at rest
 
 
 class SimArm:
-    """Implements `servoid.servo.Arm`; a command lets the world's time pass, and nothing else does.
+    """Implements `servoid.servo.Arm`; only a command advances the world's time.
 
-    It lasts as long as the computer takes: its time has nothing to do with the time on the wall. It
-    knows of itself what a robot's software knows: by its encoders and its calibration.
+    Simulated time is independent of wall-clock time. Its state is that of a robot's software: from
+    its encoders and its calibration.
     """
 
     def __init__(
@@ -44,12 +44,12 @@ class SimArm:
 
     @property
     def eyes(self) -> Eyes | None:
-        """Return how the eyes turn, None if the cameras are fixed to the hand."""
+        """Return the joints of the cameras, None if the cameras are fixed to the hand."""
         return self._calibration.eyes
 
     @property
     def solid(self) -> Solid:
-        """Return what knows the shapes of the arm and of its room."""
+        """Return the shapes of the arm and of its room."""
         return self._solid
 
     @property
@@ -58,11 +58,11 @@ class SimArm:
         return self._period_s
 
     def state(self) -> JointState:
-        """Return what the joints do now, as far as their sensors say."""
+        """Return the present state of the joints, from their encoders."""
         return self._encoders.state()
 
     def world_from_hand(self, positions: Floats) -> Pose:
-        """Return where the hand is with the joints at these positions."""
+        """Return the pose of the hand for these joint positions."""
         return self._kinematics.world_from_hand(self._checked(positions, "angles"))
 
     def jacobian(self, positions: Floats) -> Floats:
@@ -70,23 +70,23 @@ class SimArm:
         return self._kinematics.jacobian(self._checked(positions, "angles"))
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
-        """Return where each camera is believed to be with the joints at these positions."""
+        """Return the calibrated pose of each camera for these joint positions."""
         return self._calibration.world_from_eyes(self._checked(positions, "angles"))
 
     def command(self, velocities: Floats) -> None:
-        """Have the joints turn at (N,) rad/s, and return one control period later.
+        """Command the joint speeds (N,) in rad/s, and return one control period later.
 
         Raises:
-            ServoError: there are not N velocities, or one of them is no number.
+            ServoError: there are not N velocities, or one of them is not finite.
 
         """
         self._advance(self._checked(velocities, "speeds"))
 
     def reset(self) -> None:
-        """Let the arm move again after a protective stop; what still pushes it stops it once more.
+        """Let the arm move again after a protective stop; a persisting contact stops it again.
 
         Raises:
-            ServoError: it has not come to rest yet.
+            ServoError: it is not at rest yet.
 
         """
         fastest = float(np.abs(self._encoders.state().velocities).max())

@@ -1,4 +1,4 @@
-"""Reads an arm's URDF as MuJoCo takes it: with its meshes where they are on this machine."""
+"""Converts an arm's URDF for MuJoCo: with the paths of its meshes on this machine."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from servoid.errors import SimError
 from servoid.words import in_one_line
 
 _READABLE = (".stl", ".obj", ".msh")
-_LEAST_MASS, _LEAST_INERTIA = "0.01", "0.0001"  # of a link of which the file says neither
+_LEAST_MASS, _LEAST_INERTIA = "0.01", "0.0001"  # of a link without mass and inertia in the file
 _TURNING = ("revolute", "continuous")
 _PACKAGE = "package://"
 _FILE = "file://"
@@ -19,10 +19,9 @@ _FILE = "file://"
 
 @dataclass(frozen=True)
 class Urdf:
-    """A URDF with whole paths, and what MuJoCo does not take from it.
+    """A URDF with absolute paths, and its content that MuJoCo ignores.
 
-    `speeds` in rad/s are those that it allows the joints that it limits; `effortless` joints have
-    no effort, or 0.
+    `speeds` are the speed limits of joints in rad/s; `effortless` joints have no effort, or 0.
     """
 
     text: str
@@ -31,15 +30,16 @@ class Urdf:
 
 
 def read_urdf(path: Path) -> Urdf:
-    """Read a URDF; of each link its collision shapes stay, or else what is drawn of it.
+    """Read a URDF; keep the collision shapes of each link, or its visual shapes without any.
 
-    Shapes for drawing are often of a format that MuJoCo does not know. A link without mass gets a
-    little, for MuJoCo moves none without.
-    `package://NAME/REST` is sought as ROS packages lie on a disk: REST in a folder above the file,
-    or NAME/REST in one; other names beside the file, or in the `meshdir` that it tells MuJoCo.
+    Visual shapes often have a format that MuJoCo does not support. A link without mass gets a
+    small one, as MuJoCo requires it.
+
+    `package://NAME/REST` is searched where ROS packages are: REST in a folder above the file, or
+    NAME/REST in one; other names beside the file, or in the `meshdir` of its MuJoCo element.
 
     Raises:
-        SimError: the file is no XML, or a mesh is nowhere to be found.
+        SimError: the file is not XML, or a mesh is not found.
 
     """
     try:
@@ -66,7 +66,7 @@ def read_urdf(path: Path) -> Urdf:
 
 
 def _keep_solid(link: ElementTree.Element) -> None:
-    """Take the shapes for drawing out of a link, or have them stand for its missing solid ones."""
+    """Remove a link's visual shapes, or use them in place of missing collision shapes."""
     bare = link.find("collision") is None
     for visual in link.findall("visual"):
         mesh = visual.find("geometry/mesh")
@@ -78,7 +78,7 @@ def _keep_solid(link: ElementTree.Element) -> None:
 
 
 def _found(path: Path, meshes: Path, name: str) -> Path:
-    """Return the file that a URDF, whose meshes may lie in a folder, means by a mesh's name."""
+    """Return the file of a mesh's name in a URDF, whose meshes may be in a folder."""
     if name.startswith(_PACKAGE):
         package, _, rest = name.removeprefix(_PACKAGE).partition("/")
         above = path.resolve().parents
@@ -90,13 +90,13 @@ def _found(path: Path, meshes: Path, name: str) -> Path:
         if file.is_file():
             return file
     raise SimError(
-        f"{path}: the mesh {name} is not there; put it where the file says, seen from a folder "
+        f"{path}: the mesh {name} was not found; put it at that path, relative to a folder "
         "above the URDF, or change its name in the file"
     )
 
 
 def _compiler(root: ElementTree.Element) -> ElementTree.Element:
-    """Return the element by which a URDF talks to MuJoCo."""
+    """Return a URDF's element with options for MuJoCo."""
     extension = root.find("mujoco")
     if extension is None:
         extension = ElementTree.SubElement(root, "mujoco")
@@ -105,7 +105,7 @@ def _compiler(root: ElementTree.Element) -> ElementTree.Element:
 
 
 def _limits(root: ElementTree.Element, kind: str) -> Iterator[tuple[str, float]]:
-    """Give the joints that have a positive limit of a kind, with it."""
+    """Yield the joints that have a positive limit of a kind, with that limit."""
     for joint in root.findall("joint"):
         limit = joint.find("limit")
         try:

@@ -1,1 +1,1 @@
-"""What cameras make of a scene: exposure, rows, light, the two renderers."""
+"""Simulated cameras: exposure, rolling shutter, light, and two renderers."""

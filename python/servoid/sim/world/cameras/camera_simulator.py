@@ -1,4 +1,4 @@
-"""The cameras of a world: they expose on their own clock, and images arrive later."""
+"""Simulates the cameras of a world: they expose on their own clock, and images arrive later."""
 
 import math
 from collections import deque
@@ -25,21 +25,21 @@ from servoid.sim.world.settings import CameraSettings, WorldSettings
 from servoid.source import Instant
 
 NAMES = ("left", "right")
-_SIGHT_DEG = 50.0  # over the width of an image
+_SIGHT_DEG = 50.0  # share of the image's width
 _CLOSE_S = 1e-9
-_NOISE_STRIDE = 1_000_003  # keeps the noise of worlds with other seeds apart
-_BAND_STRIDE = 0x9E37_79B9_7F4A_7C15  # and that of the bands of an image
-_LATER_S = 1e-4  # by which a time stamp is at least later than the one before
-_SEEDS = 1 << 64  # that the core tells apart
+_NOISE_STRIDE = 1_000_003  # separates the noise of worlds with different seeds
+_BAND_STRIDE = 0x9E37_79B9_7F4A_7C15  # and the noise of an image's bands
+_LATER_S = 1e-4  # minimum difference of successive time stamps
+_SEEDS = 1 << 64  # that the core distinguishes
 
 
 @dataclass(frozen=True, eq=False)
 class Exposure:
-    """An image that was taken: where the joints truly were at its moments, (B, M) and (B, M, N).
+    """An exposure: its times (B, M), and the true joint positions at these times (B, M, N).
 
-    Its B bands of rows have M moments each. `time_s` is its true middle, `stamp_s` what is said of
-    that, `positions_at_time` where the joints truly were then, and `gains` how much the exposure of
-    each camera was raised.
+    Its B bands of rows have M moments each. `time_s` is its true middle, `stamp_s` its time stamp,
+    `positions_at_time` the true joint positions at that time, and `gains` the exposure gain of each
+    camera.
     """
 
     index: int
@@ -54,7 +54,7 @@ class Exposure:
 
 @dataclass(frozen=True)
 class WorldParts:
-    """What the cameras look at, and what is known of where they look from."""
+    """What the cameras see, and the calibrated poses from which they see it."""
 
     servos: JointServos
     kinematics: Kinematics
@@ -67,10 +67,10 @@ class WorldParts:
 
 
 class CameraSimulator:
-    """Implements `servoid.source.Source`; an image is drawn only when it is handed out.
+    """Implements `servoid.source.Source`; an image is rendered only when it is delivered.
 
-    A tracker takes its time, in which images go by: they are handed out that much later, by
-    whether it is `tracking` or searches, and while it is busy with one, others are missed.
+    The tracker's computing time is simulated: images are delivered later, depending on whether it
+    is `tracking` or searching, and images that arrive while it is busy are missed.
     """
 
     def __init__(self, settings: WorldSettings, parts: WorldParts) -> None:
@@ -80,7 +80,7 @@ class CameraSimulator:
             parts.lab.settings,
         )
         self._lens = make_lens(settings.cameras)
-        self._ideal = undistortion(self._lens)  # whose coefficients are right
+        self._ideal = undistortion(self._lens)  # whose distortion coefficients have no error
         self._bands = bands(settings.cameras.size_px[1], self._lab.readout_s)
         self._meters = self._metering()
         self._next = 0
@@ -93,16 +93,16 @@ class CameraSimulator:
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
-        """Return what the pinhole cameras are believed to be whose images are delivered."""
+        """Return the calibrated pinhole cameras of the delivered images."""
         return self._parts.calibration.cameras
 
     @property
     def true_cameras(self) -> tuple[Camera, ...]:
-        """Return the pinhole cameras whose images are delivered, as they truly are."""
+        """Return the true pinhole cameras of the delivered images."""
         return true_cameras(self._settings.cameras)
 
     def expose(self) -> None:
-        """Take the images whose exposure is over by now."""
+        """Record the exposures that have ended by now."""
         cameras, readout_s = self._settings.cameras, self._lab.readout_s
         while True:
             start = self._next / cameras.rate_hz
@@ -128,7 +128,7 @@ class CameraSimulator:
             self._next += 1
 
     def newest(self) -> Instant | None:
-        """Return the newest observation that has arrived and was not returned yet, else None."""
+        """Return the newest observation that has arrived and was not returned yet, or None."""
         now = self._parts.servos.time_s
         begun = now - (self._lab.track_s if self.tracking else self._lab.search_s)
         if begun < self._free_s - _CLOSE_S:
@@ -144,7 +144,7 @@ class CameraSimulator:
         return self._instant(found)
 
     def _instant(self, found: Exposure) -> Instant:
-        """Return an observation as software gets it, with the errors of the laboratory."""
+        """Return an observation as software receives it, with the errors of the laboratory."""
         parts = self._parts
         lost = [self._drops(found, camera) for camera in range(len(NAMES))]
         images = [
@@ -166,7 +166,7 @@ class CameraSimulator:
         )
 
     def _image(self, exposure: Exposure, camera: int) -> Image:
-        """Draw an image, or return the last one where the camera is frozen."""
+        """Render an image, or return the last one if the camera is frozen."""
         kept = self._shown[camera]
         if kept is not None and self._is(FreezeCamera, exposure, camera):
             return kept.copy()
@@ -179,7 +179,7 @@ class CameraSimulator:
         return image
 
     def _shot(self, exposure: Exposure, camera: int, number: int) -> Shot:
-        """Return how a band of an image is drawn."""
+        """Return the exposure parameters of a band of an image."""
         parts, settings = self._parts, self._settings
         positions, moments = exposure.positions[number], exposure.moments_s[number]
         eyes = [parts.kinematics.world_from_eyes(row)[camera] for row in positions]
@@ -199,20 +199,20 @@ class CameraSimulator:
         )
 
     def _stamp(self, time_s: float) -> float:
-        """Return the time stamp of the next exposure, which is later than the last one."""
+        """Return the time stamp of the next exposure, later than the last one."""
         stamp_s = time_s + self._parts.lab.stamp_error(self._next)
         self._stamped_s = max(stamp_s, self._stamped_s + _LATER_S)
         return self._stamped_s
 
     def _metering(self) -> tuple[Metering, ...]:
-        """Return what controls the exposure of each camera; nothing if it is fixed."""
+        """Return the exposure control of each camera; empty if exposure is fixed."""
         constant_s, rate_hz = self._lab.auto_exposure_s, self._settings.cameras.rate_hz
         if constant_s == 0.0:
             return ()
         return tuple(Metering(self._lens, 1.0 / rate_hz, constant_s) for _ in NAMES)
 
     def _gains(self, exposure: Exposure) -> tuple[float, ...]:
-        """Return by how much each camera raises this exposure."""
+        """Return the gain of each camera for this exposure."""
         if not self._meters:
             return exposure.gains
         parts, settings = self._parts, self._settings
@@ -241,7 +241,7 @@ class CameraSimulator:
     def _is(
         self, kind: type[DropImages] | type[FreezeCamera], exposure: Exposure, camera: int
     ) -> bool:
-        """Say if a fault of this kind concerns an exposure of a camera."""
+        """Return whether a fault of this kind affects an exposure of a camera."""
         started = self._parts.timeline.path_starts_s
         return started is not None and any(
             isinstance(fault, kind)
@@ -252,7 +252,7 @@ class CameraSimulator:
 
 
 def true_cameras(cameras: CameraSettings) -> tuple[Camera, ...]:
-    """Return the pinhole cameras that stand for a world's lenses, as they truly are.
+    """Return the true pinhole cameras that replace a world's lenses.
 
     Raises:
         CameraError: there is no such lens.
@@ -262,7 +262,7 @@ def true_cameras(cameras: CameraSettings) -> tuple[Camera, ...]:
 
 
 def make_lens(cameras: CameraSettings) -> Lens:
-    """Return the lens of a world's cameras, its axis in the middle of the image.
+    """Return the lens of a world's cameras, with its axis in the middle of the image.
 
     Raises:
         CameraError: there is no such lens.

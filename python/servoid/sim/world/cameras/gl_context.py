@@ -1,4 +1,4 @@
-"""Starts OpenGL without a window, with EGL or else with OSMesa."""
+"""Starts OpenGL without a window, with EGL or otherwise with OSMesa."""
 
 import importlib
 import os
@@ -17,7 +17,7 @@ _NEEDS = (
 
 
 def make_context() -> Any:
-    """Return a context of MuJoCo's that can be made current; MUJOCO_GL chooses egl or osmesa.
+    """Return an OpenGL context of MuJoCo; MUJOCO_GL selects egl or osmesa.
 
     Raises:
         MissingExtraError: MuJoCo is not installed.
@@ -42,7 +42,7 @@ def make_context() -> Any:
 
 
 def _forget(platform: str | None) -> None:
-    """Undo a choice of platform that did not work, so that another one can be tried."""
+    """Undo the choice of a platform that failed, so that another one can be tried."""
     for name in [name for name in sys.modules if name.partition(".")[0] == "OpenGL"]:
         del sys.modules[name]
     for way in _WAYS:

@@ -1,4 +1,4 @@
-"""Makes visuals known to MuJoCo's renderer: each is a body of its own that can be put anywhere."""
+"""Builds a MuJoCo model of visuals, each of which is a body that can have any pose."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -63,7 +63,7 @@ def _add_mesh(spec: Any, mesh: MeshShape, index: int) -> str:
         name=name,
         uservert=mesh.vertices.ravel().tolist(),
         userface=mesh.faces.ravel().tolist(),
-        # A sheet or a mesh with doubled seams has no volume to take an inertia from.
+        # A sheet or a mesh with doubled seams has no volume for an inertia.
         inertia=load_mujoco().mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )
     if mesh.texture_coordinates is not None:
@@ -99,7 +99,7 @@ def _material(spec: Any, finish: Finish, index: int) -> str:
 
 
 def _with_texture(shape: Shape) -> MeshShape:
-    """Return a shape as triangles on which a texture lies as the ray-caster lays it."""
+    """Return a shape as triangles with the ray-caster's texture coordinates."""
     if isinstance(shape, Plane):
         x, y = shape.half_size
         return _quads([_quad((0.0, 0.0, 0.0), (x, 0.0, 0.0), (0.0, y, 0.0))])
@@ -118,14 +118,16 @@ def _with_texture(shape: Shape) -> MeshShape:
     mesh = as_mesh(shape)
     if mesh.texture_coordinates is None:
         return mesh
-    turned = mesh.texture_coordinates + np.array([0.5, 0.0])  # the ray-caster begins at -x
+    turned = mesh.texture_coordinates + np.array(
+        [0.5, 0.0]
+    )  # the ray-caster's texture begins at -x
     return MeshShape(mesh.vertices, mesh.faces, turned)
 
 
 def _quad(middle: tuple[float, ...], right: tuple[float, ...], up: tuple[float, ...]) -> Floats:
-    """Return the corners (4, 3) of a rectangle: left below, right below, right above, left above.
+    """Return the corners (4, 3) of a rectangle, from the lower left one on.
 
-    They turn anticlockwise as seen from where `middle` points to, or from above.
+    They are in anticlockwise order, seen from the direction of `middle`, or from above.
     """
     m, r, u = np.array(middle), np.array(right), np.array(up)
     return np.array([m - r - u, m + r - u, m + r + u, m - r + u])

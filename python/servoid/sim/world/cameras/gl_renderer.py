@@ -1,6 +1,6 @@
-"""Draws a world with MuJoCo's OpenGL renderer: a second opinion, where OpenGL is there.
+"""Renders a world with MuJoCo's OpenGL renderer, for comparison, if OpenGL is installed.
 
-Here alone OpenGL's camera, y up and z back, meets ours, y down and z forward.
+Only this file converts OpenGL's camera frame, y up and z back, to ours, y down and z forward.
 """
 
 from collections.abc import Sequence
@@ -20,15 +20,15 @@ from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.visuals import Visual
 
 _NEAR, _FAR = 0.01, 50.0  # m
-_KEY, _AMBIENT = 0.62, 0.48  # of the lamp and from everywhere, where the level is 1
+_KEY, _AMBIENT = 0.62, 0.48  # of the lamp and of ambient light, at level 1
 _MAX_SIDE_PX = 8192
 
 
 class OpenGl:
-    """Draws with MuJoCo's OpenGL renderer; textures and light differ a little from ours."""
+    """Renders with MuJoCo's OpenGL renderer; textures and light differ slightly from ours."""
 
     def __init__(self, visuals: Sequence[Visual]) -> None:
-        """Make the visuals known to the graphics.
+        """Load the visuals into the renderer.
 
         Raises:
             MissingExtraError: MuJoCo is not installed.
@@ -67,20 +67,20 @@ class OpenGl:
         return np.clip(np.rint(noisy), 0.0, 255.0).astype(np.uint8)
 
     def depth(self, lens: Lens, world_from_lens: Floats, world_from_visuals: Floats) -> Depth:
-        """Return depths (H, W) in metres, NaN for none, and visuals' numbers, -1 for none."""
+        """Return depths (H, W) in metres, NaN without, and visuals' numbers, -1 without."""
         width, height = lens.size_px
         self._arrange(lens, world_from_lens, world_from_visuals)
         colors = np.empty((height, width, 3), np.uint8)
         shares = np.empty((height, width), np.float32)
         self._render(lens.size_px, colors, shares, numbered=True)
         ids = (colors * np.array([1, 1 << 8, 1 << 16], np.int32)).sum(axis=-1, dtype=np.int32) - 1
-        # Shares are 1 at the near plane and 0 at the far one, even in 1 / depth.
+        # Depth-buffer values are 1 at the near plane and 0 at the far one, linear in 1 / depth.
         nearness = shares.astype(np.float64) * (1.0 / _NEAR - 1.0 / _FAR) + 1.0 / _FAR
         depths = np.where(ids >= 0, 1.0 / nearness, np.nan).astype(np.float32)
         return depths, self._visuals(ids)
 
     def _visuals(self, ids: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Return visuals' numbers for the numbers that OpenGL drew."""
+        """Convert OpenGL's segmentation numbers to numbers of visuals."""
         known = np.full(self._scene.ngeom + 1, -1, np.int32)
         for geom in self._scene.geoms[: self._scene.ngeom]:
             if geom.segid >= 0:
@@ -88,7 +88,7 @@ class OpenGl:
         return known[ids]
 
     def _arrange(self, lens: Lens, lens_row: Floats, visual_rows: Floats) -> None:
-        """Put visuals and camera in their places."""
+        """Set the poses of visuals and camera."""
         if any(lens.distortion):
             raise SimError(
                 "MuJoCo's renderer draws pinhole cameras only; leave cameras.distortion empty, or "
@@ -125,7 +125,7 @@ class OpenGl:
         depths: NDArray[np.float32] | None,
         numbered: bool,
     ) -> None:
-        """Draw into arrays, the first row on top; `numbered`: visuals' numbers for colours."""
+        """Render into arrays, top row first; `numbered`: visuals' numbers instead of colours."""
         self._context.make_current()
         if max(size_px) > _MAX_SIDE_PX:
             raise SimError(
@@ -146,7 +146,7 @@ class OpenGl:
 
 
 def _aim(camera: Any, lens: Lens, world_from_lens: Floats) -> None:
-    """Have a `mujoco.MjvGLCamera` see what a lens sees."""
+    """Set a `mujoco.MjvGLCamera` to the view of a lens."""
     (width, height), (x, y), (fx, fy) = lens.size_px, lens.center_px, lens.focal_px
     camera.pos[:] = world_from_lens[4:]
     camera.forward[:] = rotate(world_from_lens[:4], np.array([0.0, 0.0, 1.0]))
@@ -159,7 +159,7 @@ def _aim(camera: Any, lens: Lens, world_from_lens: Floats) -> None:
 
 
 def _number(name: str) -> int:
-    """Return the number behind a name such as mjFB_OFFSCREEN."""
+    """Return the number of a name such as mjFB_OFFSCREEN."""
     mujoco = load_mujoco()
     kinds = {
         "mjFONT": mujoco.mjtFontScale,

@@ -1,4 +1,4 @@
-"""Exposure control: a camera that slowly brings its images back to the brightness they had."""
+"""Exposure control: a camera that slowly restores the initial brightness of its images."""
 
 import numpy as np
 
@@ -6,15 +6,15 @@ from servoid._native import Lens
 from servoid.pose import exact
 from servoid.sim.world.cameras.renderer import Image, Renderer, Shot
 
-_ACROSS_PX = 24  # of the small image that is metered
-_STRONGEST = 8.0  # by which exposure is raised or lowered at most
+_ACROSS_PX = 24  # size of the image that is metered
+_STRONGEST = 8.0  # maximum factor of the exposure
 
 
 class Metering:
-    """Meters each exposure of one camera, whether its image is drawn or not.
+    """Meters each exposure of one camera, whether its image is rendered or not.
 
-    The first one counts as well exposed: the camera has run for a while. From then on the light
-    that reaches the sensor is brought back to that of the first image, with a time constant.
+    The first exposure counts as correct, as the camera has settled before. From then on the mean
+    light on the sensor returns to that of the first image, with a time constant.
     """
 
     def __init__(self, lens: Lens, period_s: float, time_constant_s: float) -> None:
@@ -29,7 +29,7 @@ class Metering:
         return self._lens
 
     def meter(self, renderer: Renderer, shot: Shot) -> float:
-        """Return the gain of this exposure, which `shot` draws, and choose that of the next."""
+        """Return the gain of this exposure, which `shot` renders, and update that of the next."""
         gain = self.gain
         light = brightness(renderer.image(shot))
         if self._wanted is None:
@@ -40,14 +40,14 @@ class Metering:
 
 
 def brightness(image: Image) -> float:
-    """Return the mean light of an image (H, W, 3), from 0 to 1; grey levels go with its root."""
+    """Return the mean light of an image (H, W, 3), from 0 to 1; grey levels are its square root."""
     levels = image.astype(np.int64)
-    # Whole numbers add up to the same on every machine.
+    # Integer sums are the same on every machine.
     return max(int((levels * levels).sum()), 1) / (levels.size * 255.0 * 255.0)
 
 
 def _small(lens: Lens) -> Lens:
-    """Return a pinhole that sees what a lens sees, in few pixels."""
+    """Return a pinhole camera with a lens's field of view, in few pixels."""
     scale = _ACROSS_PX / lens.size_px[0]
     width, height = _ACROSS_PX, max(1, round(scale * lens.size_px[1]))
     return Lens(

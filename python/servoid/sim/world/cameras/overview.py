@@ -1,15 +1,15 @@
-"""Where to stand to see an arm, its head and the object at once."""
+"""The viewpoint of the overview of arm, head and object."""
 
 from servoid.pose import Pose, exact, looking
 
-_LEAST = 0.5  # metres from the base to the object that are taken at least
+_LEAST = 0.5  # minimum distance in metres from the base to the object
 # Shares of the way from the base to the object, and of the object's height.
 _AHEAD, _ASIDE, _ABOVE = 1.30, 0.98, 1.80
 _AIM_AHEAD, _AIM_ASIDE, _AIM_ABOVE = 0.60, -0.03, 0.84
 
 
 def overview_from(object_in_world: tuple[float, float, float]) -> Pose:
-    """Return where a camera stands that sees the arm at the origin and an object before it."""
+    """Return the pose of a camera that sees the arm at the origin and an object before it."""
     x, y, z = object_in_world
     reach = exact.hypot(x, y)
     ahead = (x / reach, y / reach) if reach > 1e-6 else (-1.0, 0.0)

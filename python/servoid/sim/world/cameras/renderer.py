@@ -1,4 +1,4 @@
-"""What draws a world: servoid's ray-caster or, by another name, MuJoCo's OpenGL."""
+"""The interface of renderers, and servoid's ray-caster as one of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from servoid.sim.world.scene.visuals import (
     Visual,
 )
 
-_WELL_EXPOSED = 1.3  # of the ray-caster's light, where the level is 1
+_WELL_EXPOSED = 1.3  # of the ray-caster's light, at level 1
 
 Image = NDArray[np.uint8]
 Depth = tuple[NDArray[np.float32], NDArray[np.int32]]
@@ -28,10 +28,10 @@ Depth = tuple[NDArray[np.float32], NDArray[np.int32]]
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """How an image is taken, at M moments of one exposure.
+    """The parameters of an image, at M moments of one exposure.
 
     `world_from_lens` is (M, 7) and `world_from_visuals` (M, T, 7); `toward` points at the lamp and
-    `level` says how bright it is; `noise` is in grey levels.
+    `level` is its brightness; `noise` is in grey levels.
     """
 
     lens: Lens
@@ -46,14 +46,14 @@ class Shot:
 
 
 class Renderer(Protocol):
-    """Draws the visuals that it was made with."""
+    """Renders the visuals with which it was created."""
 
     def image(self, shot: Shot) -> Image:
         """Return an image (H, W, 3) uint8 RGB."""
         ...
 
     def depth(self, lens: Lens, world_from_lens: Floats, world_from_visuals: Floats) -> Depth:
-        """Return depths along z (H, W) in metres, NaN for none, and visuals' numbers, -1 for none.
+        """Return depths along z (H, W) in metres, NaN without, and visuals' numbers, -1 without.
 
         `world_from_lens` is (7,), `world_from_visuals` (T, 7).
         """
@@ -61,7 +61,7 @@ class Renderer(Protocol):
 
 
 class Raycaster:
-    """Draws with servoid's own ray-caster: the same on every machine, on any number of threads."""
+    """Renders with servoid's ray-caster: the same bits on every machine and number of threads."""
 
     def __init__(self, visuals: Sequence[Visual]) -> None:
         self._scene = Scene()
@@ -82,7 +82,7 @@ class Raycaster:
         )
 
     def depth(self, lens: Lens, world_from_lens: Floats, world_from_visuals: Floats) -> Depth:
-        """Return depths (H, W) in metres, NaN for none, and visuals' numbers, -1 for none."""
+        """Return depths (H, W) in metres, NaN without, and visuals' numbers, -1 without."""
         return self._scene.depth(
             lens=lens, world_from_lens=world_from_lens, world_from_visual=world_from_visuals
         )

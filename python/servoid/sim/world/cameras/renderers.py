@@ -1,4 +1,4 @@
-"""Which names stand for what draws a world."""
+"""The renderers of a world by their names."""
 
 from collections.abc import Callable, Sequence
 

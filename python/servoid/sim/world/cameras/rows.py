@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 from servoid._native import Lens
 
-_BAND_PX = 16  # rows that are drawn as if they were exposed together
+_BAND_PX = 16  # rows that are rendered with a common exposure
 
 
 @dataclass(frozen=True)
 class Band:
-    """Rows of an image from `top` to before `bottom`, read out a `share` of the read-out later."""
+    """Rows of an image from `top` to before `bottom`, read out after a `share` of the read-out."""
 
     top: int
     bottom: int
@@ -17,7 +17,7 @@ class Band:
 
 
 def bands(height: int, readout_s: float) -> tuple[Band, ...]:
-    """Return the bands of an image, from above; all of it is one if it is read out at once."""
+    """Return the bands of an image, top first; a single one for a global shutter."""
     if readout_s == 0.0:
         return (Band(0, height, 0.0),)
     tops = range(0, height, _BAND_PX)
@@ -29,7 +29,7 @@ def bands(height: int, readout_s: float) -> tuple[Band, ...]:
 
 
 def lens_of(lens: Lens, band: Band) -> Lens:
-    """Return the lens that sees a band alone."""
+    """Return the lens that sees only a band."""
     width, height = lens.size_px
     if (band.top, band.bottom) == (0, height):
         return lens

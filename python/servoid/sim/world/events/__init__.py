@@ -1,1 +1,1 @@
-"""What happens in the world: paths, faults, and when."""
+"""The events of a world: the object's path, faults, and their times."""

@@ -1,18 +1,18 @@
-"""How a person's hand marks an object in an image: not quite where it is."""
+"""Simulates the error of a person who marks an object in an image."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid.sim.world.events.motions import Floats
 
-_WAVE_PX = 12.0  # along an outline, over which a hand that draws it strays one way
-_HAND = 0x4A4D  # parts these numbers from others that are drawn by the same seed
+_WAVE_PX = 12.0  # correlation length along a hand-drawn outline
+_HAND = 0x4A4D  # separates this random stream from others of the same seed
 
 
 def hand_drawn(mask: NDArray[np.uint8], px: float, seed: int) -> NDArray[np.uint8]:
-    """Return a mask (H, W) whose outline strays by so many pixels, as a hand draws it.
+    """Return a mask (H, W) with a distorted outline, as a hand draws it.
 
-    The standard deviation of the straying is `px` along each axis of the image.
+    The standard deviation of the distortion is `px` along each axis of the image.
     """
     if px == 0.0:
         return mask
@@ -26,12 +26,12 @@ def hand_drawn(mask: NDArray[np.uint8], px: float, seed: int) -> NDArray[np.uint
 
 
 def hand_missed(count: int, px: float, seed: int) -> Floats:
-    """Return by how many pixels a hand misses so many numbers that it points at, (N,)."""
+    """Return errors (N,) in pixels of coordinates that a person clicks."""
     return px * np.random.default_rng((_HAND, seed, 1)).normal(size=count)
 
 
 def _waves(random: np.random.Generator, height: int, width: int) -> Floats:
-    """Return smooth numbers (H, W) of standard deviation 1: drawn coarsely, and interpolated."""
+    """Return smooth noise (H, W) of standard deviation 1: coarse samples, interpolated."""
     v, u = np.arange(height) / _WAVE_PX, np.arange(width) / _WAVE_PX
     coarse = random.normal(size=(int(v[-1]) + 2, int(u[-1]) + 2))
     i, j = v.astype(np.intp), u.astype(np.intp)
@@ -42,6 +42,6 @@ def _waves(random: np.random.Generator, height: int, width: int) -> Floats:
 
 
 def _shares(after: Floats) -> Floats:
-    """Return the weights (2, N) of two neighbours that leave the variance as it is."""
+    """Return the interpolation weights (2, N) of two neighbours that preserve the variance."""
     length = np.sqrt(np.square(1.0 - after) + np.square(after))
     return np.stack([(1.0 - after) / length, after / length])

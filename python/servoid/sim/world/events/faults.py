@@ -1,4 +1,4 @@
-"""What may go wrong in a world on purpose, so that a servo can show what it does then."""
+"""Faults of a world, for tests of how servoing reacts to them."""
 
 from typing import Annotated
 
@@ -14,7 +14,7 @@ Which = Annotated[Number | None, Meta(description="0, the left camera, or 1; non
 
 
 class SimSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Is the base of what is asked of a world."""
+    """The base class of faults."""
 
     def refusal(self, message: str) -> ServoidError:
         """Return the error that refuses a value."""
@@ -22,7 +22,7 @@ class SimSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class DropImages(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="drop"):
-    """Lets images of one camera get lost, or whole observations."""
+    """Drops images of one camera, or whole observations."""
 
     at_s: Start
     seconds: Length
@@ -32,7 +32,7 @@ class DropImages(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=T
 class FreezeCamera(
     SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="freeze"
 ):
-    """Lets a camera deliver its last image again and again, with new time stamps."""
+    """Freezes a camera: it repeats its last image, with new time stamps."""
 
     at_s: Start
     seconds: Length
@@ -40,7 +40,7 @@ class FreezeCamera(
 
 
 class Occlude(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="occlude"):
-    """Slides a board before the object, and away again."""
+    """Moves a board in front of the object, and away again."""
 
     at_s: Start
     seconds: Length
@@ -53,7 +53,7 @@ class Occlude(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Teleport(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="teleport"):
-    """Has the object be somewhere else from one moment on."""
+    """Moves the object to another pose at once."""
 
     at_s: Start
     by: Annotated[
@@ -68,10 +68,10 @@ Fault = DropImages | FreezeCamera | Occlude | Teleport
 
 
 def is_on(fault: DropImages | FreezeCamera | Occlude, since_start_s: float) -> bool:
-    """Say if a fault lasts at a time after the path began."""
+    """Return whether a fault is active at a time after the start of the path."""
     return fault.at_s <= since_start_s < fault.at_s + fault.seconds
 
 
 def concerns(fault: DropImages | FreezeCamera, camera: int) -> bool:
-    """Say if a fault is one of this camera."""
+    """Return whether a fault affects this camera."""
     return fault.camera is None or fault.camera == camera

@@ -1,4 +1,4 @@
-"""Many rigid motions at once, as rows (w, x, y, z, tx, ty, tz)."""
+"""Vectorised rigid motions, as rows (w, x, y, z, tx, ty, tz)."""
 
 from collections.abc import Sequence
 
@@ -23,21 +23,21 @@ def pose_of(row: Floats | Sequence[float]) -> Pose:
 
 
 def unit_row(numbers: Sequence[float] | Floats) -> Floats:
-    """Return (w, x, y, z, tx, ty, tz) as a row (7,), its quaternion made to length 1."""
+    """Return (w, x, y, z, tx, ty, tz) as a row (7,), with normalised quaternion."""
     row = np.array(numbers, dtype=np.float64)
     row[:4] /= exact.norm(row[:4])
     return row
 
 
 def rotate(quaternions: Floats, vectors: Floats) -> Floats:
-    """Turn vectors (..., 3) by unit quaternions (..., 4)."""
+    """Rotate vectors (..., 3) by unit quaternions (..., 4)."""
     w, axis = quaternions[..., :1], quaternions[..., 1:]
     aside = 2.0 * np.cross(axis, vectors)
     return vectors + w * aside + np.cross(axis, aside)
 
 
 def compose(a_from_b: Floats, b_from_c: Floats) -> Floats:
-    """Return a_from_c (..., 7) of rows (..., 7) that are broadcast against each other."""
+    """Compose rows (..., 7) to a_from_c (..., 7), with broadcasting."""
     a_from_b, b_from_c = np.broadcast_arrays(a_from_b, b_from_c)
     first, second = a_from_b[..., :4], b_from_c[..., :4]
     w = first[..., :1] * second[..., :1] - (first[..., 1:] * second[..., 1:]).sum(-1, keepdims=True)

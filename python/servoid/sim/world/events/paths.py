@@ -1,4 +1,4 @@
-"""How an object moves: paths relative to where it starts, along the axes it has there."""
+"""Paths of an object, relative to its initial pose."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,10 +14,10 @@ from servoid.words import counted
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _STEP_S = 1e-4  # of the finite differences behind a twist
-_SOFT_SHARE = 0.1  # of a period over which a circle gets going
+_SOFT_SHARE = 0.1  # share of a period in which motion on a circle starts up
 _WAVES = 3  # sines on each axis of a random path
-_SOFT_S = 2.0  # over which a random path gets going
-_TURN_OF_METRE = 4.0  # radians that a random path turns for each metre that it goes
+_SOFT_S = 2.0  # in which a random path starts up
+_TURN_OF_METRE = 4.0  # radians that a random path rotates per metre
 
 KINDS = {
     "still": "still",
@@ -30,7 +30,7 @@ KINDS = {
 
 
 class Path(Protocol):
-    """Says where an object is, seconds after its path began."""
+    """A path of an object as a function of the time since its start, in seconds."""
 
     def start_from_object(self, time_s: float) -> Pose:
         """Return the object's pose in the frame that it has at the start."""
@@ -39,7 +39,7 @@ class Path(Protocol):
 
 @dataclass(frozen=True)
 class Still:
-    """Stays where it is."""
+    """A path at rest."""
 
     def start_from_object(self, time_s: float) -> Pose:  # noqa: ARG002 (always the same)
         """Return the identity."""
@@ -48,7 +48,7 @@ class Still:
 
 @dataclass(frozen=True)
 class Line:
-    """Goes straight for `length` metres and stops; it speeds up and slows down without a jerk."""
+    """A straight path of `length` metres, with smooth acceleration and deceleration."""
 
     direction: tuple[float, float, float]
     length: float
@@ -61,7 +61,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Sine:
-    """Swings as A - A cos(2 pi t / T), from one end to the other, 2 A away, and back."""
+    """An oscillation A - A cos(2 pi t / T), to a distance of 2 A and back."""
 
     direction: tuple[float, float, float]
     amplitude: float
@@ -75,7 +75,7 @@ class Sine:
 
 @dataclass(frozen=True)
 class Circle:
-    """Goes round in the plane across `axis`; the start lies on the circle."""
+    """A circle in the plane perpendicular to `axis`, through the start."""
 
     axis: tuple[float, float, float]
     radius: float
@@ -91,7 +91,7 @@ class Circle:
 
 
 class Random:
-    """Wanders and turns smoothly in all six degrees of freedom; a seed always gives the same."""
+    """A smooth random path in all six degrees of freedom, determined by a seed."""
 
     def __init__(self, seed: int, size: float, period_s: float) -> None:
         random = np.random.default_rng(seed)
@@ -110,16 +110,16 @@ class Random:
 
 
 class Recorded:
-    """Follows poses over time that were recorded; it starts with the first and stops at the last.
+    """A path of recorded poses over time, from the first to the last.
 
-    Between two poses it moves along the screw from one to the next.
+    Between two poses it follows the screw motion.
     """
 
     def __init__(self, times_s: Sequence[float], poses: Sequence[Pose]) -> None:
-        """Take the poses of an object in any one frame, and when it was there.
+        """Take the poses of an object in any frame, and their times.
 
         Raises:
-            SimError: there are less than two poses, or times and poses do not go together.
+            SimError: there are fewer than two poses, or times and poses differ in number.
 
         """
         if len(times_s) != len(poses) or len(poses) < 2:
@@ -145,7 +145,7 @@ class Recorded:
 
 
 def twist_at(pose_at: Callable[[float], Pose], time_s: float) -> Floats:
-    """Return the twist (6,) of a moving pose: its point's and its angular velocity, in its world.
+    """Return the twist (6,) of a moving pose: velocities of its origin and rotation, in its world.
 
     `pose_at` gives the pose at a time in seconds.
     """
@@ -157,7 +157,7 @@ def twist_at(pose_at: Callable[[float], Pose], time_s: float) -> Floats:
 
 
 def parse_path(text: str) -> Path:
-    """Make the path that a text asks for; `KINDS` lists how each is written.
+    """Parse a path; `KINDS` lists the forms.
 
     Raises:
         SimError: there is no such path, or its numbers are malformed.
@@ -214,7 +214,7 @@ def _axis(text: str, part: str) -> tuple[float, float, float]:
 
 
 def _across(axis: tuple[float, float, float]) -> tuple[Floats, Floats]:
-    """Return two directions across an axis; from the first one turns to the second about it."""
+    """Return two directions perpendicular to an axis, which form a right-handed system with it."""
     place = int(np.argmax(np.abs(axis)))
     first = np.roll(np.eye(3), 1, axis=0)[place]
     return first, np.cross(axis, first)
@@ -230,6 +230,6 @@ def _soft_share(share: float) -> float:
 
 
 def _soft_time(time_s: float, soft_s: float) -> float:
-    """Return a time that begins to run slowly and runs as it should after `soft_s`."""
+    """Return a warped time that starts slowly and has unit rate after `soft_s`."""
     share = min(max(time_s / soft_s, 0.0), 1.0)
     return soft_s * share * share * share * (1.0 - 0.5 * share) + max(time_s - soft_s, 0.0)

@@ -1,4 +1,4 @@
-"""What happens in a world over time: the object's motion, the light, and what goes wrong."""
+"""The course of a world over time: the object's motion, the light, and faults."""
 
 import math
 
@@ -10,20 +10,20 @@ from servoid.sim.world.events.motions import Floats, compose, row_of
 from servoid.sim.world.events.paths import Path, twist_at
 from servoid.sim.world.settings import WorldSettings
 
-_SLIDE_S = 0.3  # in which the board slides before the object
-_ASIDE = 1.2  # metres that it comes from
-_AWAY = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -50.0])  # where nobody sees it
+_SLIDE_S = 0.3  # in which the board moves in front of the object
+_ASIDE = 1.2  # metres from where it starts
+_AWAY = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -50.0])  # out of sight
 
 
 class Timeline:
-    """Answers for any time since the world began; the object rests until its path begins."""
+    """Returns the state at any simulated time; the object rests until its path starts."""
 
     def __init__(self, settings: WorldSettings, world_from_start: Pose, path: Path) -> None:
         self._settings, self._world_from_start, self._path = settings, world_from_start, path
         self.path_starts_s: float | None = None
 
     def world_from_object_at(self, time_s: float) -> Pose:
-        """Return where the object is."""
+        """Return the pose of the object."""
         since = self._since_start(time_s)
         pose = self._path.start_from_object(since)
         for fault in self._settings.faults:
@@ -38,7 +38,7 @@ class Timeline:
         return twist_at(self.world_from_object_at, time_s)
 
     def level_at(self, time_s: float) -> float:
-        """Return how bright the light is."""
+        """Return the brightness of the light."""
         light, since = self._settings.light, self._since_start(time_s)
         level = light.level
         if light.step_at_s is not None and since >= light.step_at_s:
@@ -47,7 +47,7 @@ class Timeline:
         return level * (1.0 + light.swing * swing)
 
     def board_at(self, time_s: float) -> Floats:
-        """Return where the board that occludes is, (7,): before the object, or out of sight."""
+        """Return the pose (7,) of the occluding board: before the object, or out of sight."""
         since = self._since_start(time_s)
         for fault in self._settings.faults:
             if isinstance(fault, Occlude) and is_on(fault, since):

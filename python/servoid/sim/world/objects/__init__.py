@@ -1,4 +1,4 @@
-"""Objects to meet in a world: x right, y down, z away from the hand that first sees them."""
+"""The objects of a world: x right, y down, z away from the hand at the start."""
 
 from collections.abc import Callable
 
@@ -20,7 +20,7 @@ OBJECTS: dict[str, Callable[[], tuple[Visual, ...]]] = {
     "plain_mug": plain_mug,
     "two_ellipsoids": two_ellipsoids,
 }
-# Objects that look the same however they are spun about an axis through their origin.
+# Objects with rotational symmetry about an axis through their origin.
 SPIN_AXES = {"ellipsoid": (0.0, 1.0, 0.0), "plain_bottle": (0.0, 1.0, 0.0)}
 _ELLIPSOID = "ellipsoid"
 _AXES: tuple[Triple, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -29,10 +29,10 @@ _AXES: tuple[Triple, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 def make_object(name: str, radii: Triple | None = None) -> tuple[Visual, ...]:
     """Return the parts of an object, the same each time.
 
-    `radii` in metres are those of the object named ellipsoid, if not the paper's.
+    `radii` in metres are those of the object `ellipsoid`, by default the paper's.
 
     Raises:
-        SimError: there is no such object, or it has no radii to choose.
+        SimError: there is no such object, or its radii cannot be chosen.
 
     """
     if name not in OBJECTS:
@@ -48,7 +48,7 @@ def make_object(name: str, radii: Triple | None = None) -> tuple[Visual, ...]:
 
 
 def spin_axis(name: str, radii: Triple | None = None) -> Triple | None:
-    """Return the unit axis of an object's frame about which it looks the same, if there is one."""
+    """Return the unit axis of an object's rotational symmetry, in its frame, if there is one."""
     if radii is not None and radii[0] != radii[2]:
         pairs = [radii[place - 1] == radii[place - 2] for place in range(3)]
         return _AXES[pairs.index(True)] if any(pairs) else None

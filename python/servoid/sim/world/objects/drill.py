@@ -27,7 +27,7 @@ def drill() -> tuple[Visual, ...]:
 
 
 def _along_x(profile: list[tuple[float, float]], corner: float = 2.0) -> MeshShape:
-    """Turn a profile of (radius, place) about the drill's axis."""
+    """Revolve a profile of (radius, position) about the drill's axis."""
     sections = [Section((x, 0.0, _TOP), (radius, radius), corner) for radius, x in profile]
     return loft(sections, axes=_ALONG_X, around=56)
 
@@ -72,7 +72,7 @@ def _battery() -> MeshShape:
 
 
 def _housing_print() -> Texture:
-    """Return the housing's paint: v runs along the axis, u around from one side over the top."""
+    """Return the housing's texture: v along the axis, u around from one side over the top."""
     sheet = Sheet((400, 240), _YELLOW, seed=31)
     sheet.patch((0.0, 0.0), (0.17, 1.0), _BLACK)
     sheet.patch((0.80, 0.0), (0.2, 1.0), _BLACK)
@@ -89,7 +89,7 @@ def _housing_print() -> Texture:
     sheet.spot((0.45, 0.15), 0.05, _BLACK)
     sheet.stain(0.15, 0.08)
     near = sheet.finish()
-    around = np.concatenate([near, near[::-1, ::-1]])  # the far side reads from behind
+    around = np.concatenate([near, near[::-1, ::-1]])  # mirrored on the far side
     around = np.roll(around, near.shape[0] // 2, axis=0)
     return np.ascontiguousarray(around.transpose(1, 0, 2))
 
@@ -102,7 +102,7 @@ def _grip_rubber() -> Texture:
 
 
 def _battery_print() -> Texture:
-    """Return what lies around the battery; its front is three quarters of the way along u."""
+    """Return the battery's texture; its front is at three quarters of u."""
     sheet = Sheet((640, 400), _BLACK, seed=33)
     for middle in (0.25, 0.75):
         sheet.patch((middle - 0.13, 0.42), (0.13, 0.20), _RED)

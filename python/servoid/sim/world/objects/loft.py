@@ -1,4 +1,4 @@
-"""Closed surfaces over cross-sections along an axis: turned on a lathe, or with rounded corners."""
+"""Closed surfaces over cross-sections along an axis: surfaces of revolution, and lofts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,14 +10,14 @@ from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.scene.visuals import MeshShape
 
 _AROUND = 64
-_FINE = 32  # steps that are measured for each step around
+_FINE = 32  # measured steps for each step around
 
 
 @dataclass(frozen=True)
 class Section:
-    """A cross-section: its centre, and its half sizes across the axis.
+    """A cross-section: its centre, and its half sizes perpendicular to the axis.
 
-    `corner` 2 makes an ellipse, more a rectangle with rounder or sharper corners.
+    `corner` is the exponent of a superellipse: 2 is an ellipse, more approaches a rectangle.
     """
 
     center: tuple[float, float, float]
@@ -26,17 +26,17 @@ class Section:
 
 
 def lathe(profile: Sequence[tuple[float, float]], around: int = _AROUND) -> MeshShape:
-    """Turn a profile of (radius, height) about z and close both ends flat.
+    """Revolve a profile of (radius, height) about z, and close both ends flat.
 
-    Texture: u goes once around, to the right as seen from outside with z up; v goes from 0 at the
-    profile's end to 1 at its beginning, as far as the way along it is.
+    Texture: u goes once around, to the right as seen from outside with z up; v is the arc length
+    from 0 at the profile's end to 1 at its beginning.
     """
     sections = [Section((0.0, 0.0, height), (radius, radius)) for radius, height in profile]
     return top_first(loft(sections, around=around))
 
 
 def top_first(mesh: MeshShape) -> MeshShape:
-    """Return a mesh whose texture begins where the axis ends, so that a print stands upright."""
+    """Return a mesh with v reversed, so that a print is upright."""
     if mesh.texture_coordinates is None:
         return mesh
     return replace(mesh, texture_coordinates=mesh.texture_coordinates * [1.0, -1.0] + [0.0, 1.0])
@@ -47,8 +47,8 @@ def loft(
 ) -> MeshShape:
     """Join cross-sections to a closed surface with flat ends.
 
-    `axes` (3, 3) holds, as rows, the two directions across and the direction along. Texture: u goes
-    once around from the first direction to the second, v along; both as far as the way is.
+    The rows of `axes` (3, 3) are the two directions across and the direction along. Texture: u goes
+    once around from the first direction to the second, v along, both by arc length.
     """
     across_u, across_v, _ = np.eye(3) if axes is None else axes
     rings = [_ring(section, around, across_u, across_v) for section in sections]
@@ -63,7 +63,7 @@ def loft(
 
 
 def tube(centers: Floats, radius: float, around: int = 24) -> MeshShape:
-    """Lay a round tube along a line of points (N, 3) in the x-z plane, its ends closed."""
+    """Return a closed round tube along a polyline (N, 3) in the x-z plane."""
     along = np.gradient(centers, axis=0)
     along /= exact.lengths(along)[:, None]
     aside = np.cross([0.0, 1.0, 0.0], along)
@@ -79,7 +79,7 @@ def tube(centers: Floats, radius: float, around: int = 24) -> MeshShape:
 
 
 def _ring(section: Section, around: int, across_u: Floats, across_v: Floats) -> Floats:
-    """Return points (around + 1, 3) in even steps round a cross-section, the first one twice."""
+    """Return points (around + 1, 3) evenly around a cross-section, the first one twice."""
     power = 2.0 / section.corner
     angles = np.linspace(0.0, 2.0 * np.pi, _FINE * around + 1)
     cosine, sine = exact.cos(angles), exact.sin(angles)
@@ -101,9 +101,9 @@ def _cap(ring: Floats) -> Floats:
 
 
 def _faces(rings: int, around: int) -> np.ndarray:
-    """Return the triangles between rings of `around` + 1 points, seen anticlockwise from outside.
+    """Return the triangles between rings of `around` + 1 points, anticlockwise from outside.
 
-    The first and the last ring are points on the axis, next to which there is one triangle only.
+    The first and the last ring are points on the axis, with one triangle per step only.
     """
     faces = []
     for ring in range(rings - 1):

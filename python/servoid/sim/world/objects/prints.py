@@ -5,13 +5,13 @@ from numpy.typing import NDArray
 
 from servoid.sim.world.scene.visuals import Color, Texture
 
-_FINE = 3  # prints are drawn so many times finer, then reduced
+_FINE = 3  # supersampling of prints
 _INK = (0.05, 0.05, 0.05)
 _FONT = 2  # cv2.FONT_HERSHEY_DUPLEX, without a slow import that help texts do not need
 
 
 class Sheet:
-    """A sheet to print on; places and sizes are shares of its width and height."""
+    """A sheet to print on; positions and sizes are shares of its width and height."""
 
     def __init__(self, size_px: tuple[int, int], paper: Color, seed: int) -> None:
         width, height = size_px
@@ -28,7 +28,7 @@ class Sheet:
         color: Color,
         width: float = 1.0,
     ) -> None:
-        """Print a line of text with its lower left corner at `place`, at most so high and wide."""
+        """Print a line of text with its lower left corner at `place`, within a height and width."""
         import cv2
 
         x, y = self._at(*place)
@@ -82,12 +82,12 @@ class Sheet:
             x += wide + size[0] * float(self._random.choice([0.02, 0.03, 0.05]))
 
     def stain(self, size: float, strength: float) -> None:
-        """Make all of it lighter and darker in lumps; `size` is a share of the height."""
+        """Add blotches of varying brightness; `size` is a share of the height."""
         width, height = self._size_px
         self._shade = 1.0 + strength * _lumps((height, width), size, self._random)
 
     def finish(self) -> Texture:
-        """Return the sheet as a texture that nobody can write on."""
+        """Return the sheet as a read-only texture."""
         import cv2
 
         small = cv2.resize(self._pixels, self._size_px, interpolation=cv2.INTER_AREA)
@@ -104,7 +104,7 @@ class Sheet:
 def grain(
     size_px: tuple[int, int], color: Color, strength: float, stretch: float, seed: int
 ) -> Texture:
-    """Return a surface with lumps that are `stretch` times as long as high, as wood has."""
+    """Return a surface with grain that is `stretch` times as long as high, as wood has."""
     import cv2
 
     random = np.random.default_rng(seed)
@@ -117,7 +117,7 @@ def grain(
 
 
 def _lumps(shape: tuple[int, int], size: float, random: np.random.Generator) -> np.ndarray:
-    """Return smooth noise of two sizes (H, W) float32, about -1 to 1, that fits to itself."""
+    """Return tileable smooth noise of two scales (H, W) float32, about -1 to 1."""
     import cv2
 
     total = np.zeros(shape, np.float32)

@@ -6,7 +6,7 @@ from servoid.pose import exact
 from servoid.sim.world.objects.prints import Sheet
 from servoid.sim.world.scene.visuals import OBJECT, Ellipsoid, Finish, Visual
 
-# Major axis 90 mm, minor 45 mm; which one stands upright the paper does not say.
+# Major axis 90 mm, minor 45 mm; the paper does not state which one is vertical.
 _PAPER = (0.0225, 0.045, 0.0225)
 _HUE = (0.86, 0.16, 0.11)
 
@@ -29,7 +29,7 @@ def two_ellipsoids() -> tuple[Visual, ...]:
 
 
 def painted_ellipsoid() -> tuple[Visual, ...]:
-    """Return an egg of 160 mm with stripes, spots and words, so that its turns can be seen."""
+    """Return an egg of 160 mm with stripes, spots and words, so that its rotation is visible."""
     sheet = Sheet((512, 256), (0.95, 0.88, 0.72), seed=3)
     for index in range(12):
         sheet.patch((index / 12, 0.30), (1 / 24, 0.07), (0.12, 0.32, 0.52))
@@ -39,7 +39,7 @@ def painted_ellipsoid() -> tuple[Visual, ...]:
         sheet.words(word, (index / 6 + 0.01, 0.58), 0.11, (0.14, 0.15, 0.20), width=0.14)
     sheet.lines((0.0, 0.62), (1.0, 0.06), 2, (0.45, 0.25, 0.16))
     sheet.stain(0.12, 0.10)
-    # The texture's poles lie on the shape's z, which stands upright here.
+    # The texture's poles are on the shape's z axis, which is vertical here.
     upright = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0, 0.0, 0.0, 0.0)
     finish = Finish(texture=sheet.finish(), gloss=0.1)
     return (Visual(Ellipsoid((0.050, 0.055, 0.080)), finish, OBJECT, upright),)

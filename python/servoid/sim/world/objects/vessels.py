@@ -1,4 +1,4 @@
-"""A bottle and a mug, turned on a lathe, with labels or of one colour."""
+"""A bottle and a mug, as surfaces of revolution, with labels or in one colour."""
 
 import math
 from dataclasses import replace
@@ -14,7 +14,7 @@ from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Texture, 
 
 _TEAL, _CREAM, _CORAL = (0.07, 0.40, 0.44), (0.96, 0.92, 0.82), (0.88, 0.32, 0.22)
 _INK, _OCHRE, _NAVY = (0.10, 0.12, 0.16), (0.92, 0.68, 0.18), (0.13, 0.20, 0.40)
-# Lathe's up, z, is against the object's y, which points down.
+# The surface's z, up, is opposite to the object's y, which points down.
 _UPRIGHT = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 
 _BOTTLE = (
@@ -37,7 +37,7 @@ def bottle() -> tuple[Visual, ...]:
 
 
 def plain_bottle() -> tuple[Visual, ...]:
-    """Return the bottle without a label, all of one colour."""
+    """Return the bottle without a label, in one colour."""
     finish = Finish(color=_TEAL, gloss=0.25)
     return _bottle(finish, finish)
 
@@ -48,13 +48,13 @@ def mug() -> tuple[Visual, ...]:
 
 
 def plain_mug() -> tuple[Visual, ...]:
-    """Return the mug without a print, all of one colour."""
+    """Return the mug without a print, in one colour."""
     finish = Finish(color=_OCHRE, gloss=0.25)
     return _mug(finish, finish)
 
 
 def upright(mesh: MeshShape) -> MeshShape:
-    """Return a mesh whose z points up as one whose y points down."""
+    """Convert a mesh with z up to one with y down."""
     return replace(mesh, vertices=rotate(np.array(_UPRIGHT), mesh.vertices))
 
 
@@ -77,7 +77,7 @@ def _mug(clay: Finish, handle: Finish) -> tuple[Visual, ...]:
 
 @cache
 def _bottle_label() -> Texture:
-    """Return what lies around the bottle, from the neck at the top to the middle of its bottom."""
+    """Return the bottle's texture, from the neck at the top to the middle of its bottom."""
     sheet = Sheet((720, 800), _TEAL, seed=21)
     sheet.patch((0.0, 0.362), (1.0, 0.282), _CREAM)  # where the wall is straight
     sheet.patch((0.0, 0.362), (1.0, 0.018), _CORAL)
@@ -105,7 +105,7 @@ def _bottle_label() -> Texture:
 
 @cache
 def _mug_print() -> Texture:
-    """Return what lies around the mug, from the middle of its inside over the rim to its bottom."""
+    """Return the mug's texture, from the middle of its inside over the rim to its bottom."""
     sheet = Sheet((760, 800), (0.95, 0.94, 0.90), seed=22)
     sheet.patch((0.0, 0.508), (1.0, 0.018), _NAVY)
     sheet.patch((0.0, 0.785), (1.0, 0.035), _NAVY)

@@ -1,1 +1,1 @@
-"""What stands in the world: objects, room, solids, contacts."""
+"""The scene of a world: visuals, room, collision shapes, contacts."""

@@ -1,4 +1,4 @@
-"""Builds the arm that a world's settings ask for, ready to start."""
+"""Builds the arm of a world's settings, ready to start."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -27,7 +27,7 @@ def build_robot(settings: WorldSettings) -> Robot:
     """Build the arm that the settings name.
 
     Raises:
-        SimError: there is no such arm, or it cannot carry the eyes.
+        SimError: there is no such arm, or it cannot carry the cameras.
 
     """
     arm = settings.arm
@@ -38,7 +38,7 @@ def build_robot(settings: WorldSettings) -> Robot:
 
 
 def _changed(file: ArmFile, arm: ArmSettings) -> ArmFile:
-    """Return what an arm's file says, but for what the settings say otherwise."""
+    """Return the description in an arm's file, with the changes of the settings."""
     joints, eyes = file.joints, file.eyes
     if arm.lag_s is not None:
         joints = replace(joints, lag_s=arm.lag_s)
@@ -48,12 +48,12 @@ def _changed(file: ArmFile, arm: ArmSettings) -> ArmFile:
 
 
 def compile_robot(robot: Robot, step_s: float) -> Any:
-    """Return a `mujoco.MjModel` of the robot as its servos know it: it touches nothing."""
+    """Return the servos' `mujoco.MjModel` of the robot, without contacts."""
     name_geoms(robot.spec)
     robot.spec.option.timestep = step_s
     robot.spec.option.disableflags |= int(load_mujoco().mjtDisableBit.mjDSBL_CONTACT)
     model = robot.spec.compile()
-    # What brakes the joints is part of their servos' lag already.
+    # The servos' lag already includes the damping of the joints.
     model.dof_damping[:] = 0.0
     model.dof_frictionloss[:] = 0.0
     model.jnt_stiffness[:] = 0.0
@@ -63,15 +63,15 @@ def compile_robot(robot: Robot, step_s: float) -> Any:
 def build_plant(
     robot: Robot, model: Any, lab: Lab, solids: Solids, visuals: Sequence[Visual]
 ) -> tuple[Any, bool]:
-    """Return the `mujoco.MjModel` of the robot as it truly is, and if it moves as `model` does.
+    """Return the true `mujoco.MjModel` of the robot, and whether it moves as `model` does.
 
-    It touches itself, the room and what there is of the object among `visuals`.
+    It has contacts with itself, the room and the object's parts among `visuals`.
     """
     settings = lab.settings
     plant = touching_model(
         robot.spec, model, solids, [it for it in visuals if it.carrier == OBJECT]
     )
-    for servo in robot.servos:  # against which nothing but a push from outside drives a joint
+    for servo in robot.servos:  # which only an external force can move a joint against
         joint = plant.joint(servo.joint)
         plant.jnt_limited[joint.id], plant.jnt_range[joint.id] = 1, (servo.lower, servo.upper)
     if settings.masses == 0.0 and settings.friction == 0.0:
@@ -92,7 +92,7 @@ def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) 
     """Return the joint angles (N,) at the start.
 
     Raises:
-        SimError: the settings give the wrong number of angles, or one that no joint can have.
+        SimError: the settings give the wrong number of angles, or one outside a joint's limits.
 
     """
     given = settings.arm.start or robot.angles
@@ -102,7 +102,7 @@ def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) 
     if given is not None and len(given) not in (robot.hand_count, len(robot.servos)):
         raise SimError(
             f"arm.start has {counted(len(given), 'angle')}; give {robot.hand_count} for the hand, "
-            f"or {len(robot.servos)} with those of the eyes"
+            f"or {len(robot.servos)} with those of the cameras"
         )
     start = np.zeros(len(robot.servos))
     if given is not None:
@@ -121,6 +121,6 @@ def _check_limits(robot: Robot, angles: tuple[float, ...]) -> None:
     for servo, angle in zip(robot.servos, angles, strict=False):
         if not servo.lower <= angle <= servo.upper:
             raise SimError(
-                f"joint {servo.joint} would start at {angle:g} rad, but it turns from "
+                f"joint {servo.joint} would start at {angle:g} rad, but its range is "
                 f"{servo.lower:g} to {servo.upper:g} rad; change arm.start"
             )

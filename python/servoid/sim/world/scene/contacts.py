@@ -1,4 +1,4 @@
-"""What of a world can touch what: the contacts of its physics."""
+"""Contacts in the physics of a world."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -12,12 +12,12 @@ from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.solids import Solids, shape_of
 from servoid.sim.world.scene.visuals import MeshShape, Visual
 
-TOUCHED = "servoid object"  # a body that is carried along its path, whatever pushes it
-_FAR = [0.0, 0.0, -50.0]  # until it is placed
+TOUCHED = "servoid object"  # a body that follows its path, regardless of contacts
+_FAR = [0.0, 0.0, -50.0]  # before its first pose
 
 
 def name_geoms(spec: Any) -> None:
-    """Give each geom of a `mujoco.MjSpec` a name, so that it can be told from others."""
+    """Give each geom of a `mujoco.MjSpec` a unique name."""
     for index, geom in enumerate(spec.geoms):
         geom.name = geom.name or f"servoid geom {index}"
 
@@ -25,8 +25,8 @@ def name_geoms(spec: Any) -> None:
 def touching_model(spec: Any, model: Any, solids: Solids, parts: Sequence[Visual]) -> Any:
     """Return a `mujoco.MjModel` like `model`, whose geoms have names, with contacts.
 
-    What can touch are the parts of an arm whose distances `solids` watches, and the object's parts
-    with all of the arm. An object's mesh is touched at its convex hull.
+    Contacts exist between parts of an arm whose distances `solids` monitors, and between the
+    object's parts and the arm. An object's mesh collides as its convex hull.
     """
     mujoco = load_mujoco()
     names = _add_object(spec, parts)
@@ -36,14 +36,14 @@ def touching_model(spec: Any, model: Any, solids: Solids, parts: Sequence[Visual
         spec.add_pair(geomname1=one, geomname2=other)
     spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     touching = spec.compile()
-    touching.geom_contype[:] = touching.geom_conaffinity[:] = 0  # nothing else touches
+    touching.geom_contype[:] = touching.geom_conaffinity[:] = 0  # no other contacts
     for values in ("dof_damping", "dof_frictionloss", "jnt_stiffness"):
         getattr(touching, values)[:] = getattr(model, values)
     return touching
 
 
 def greatest_force(model: Any, data: Any) -> float:
-    """Return the greatest force of all contacts (`mujoco.MjData`) in N, 0 where nothing touches."""
+    """Return the greatest force of all contacts (`mujoco.MjData`) in N, 0 without contact."""
     mujoco = load_mujoco()
     greatest, force = 0.0, np.zeros(6)
     for index in range(data.ncon):
@@ -53,7 +53,7 @@ def greatest_force(model: Any, data: Any) -> float:
 
 
 def _add_object(spec: Any, parts: Iterable[Visual]) -> list[str]:
-    """Add the body of an object that is moved from outside; return the names of its geoms."""
+    """Add the body of an object with prescribed motion; return the names of its geoms."""
     body = spec.worldbody.add_body(name=TOUCHED, mocap=True, pos=_FAR)
     names = []
     for index, part in enumerate(parts):

@@ -1,4 +1,4 @@
-"""Finds MuJoCo, which only simulated worlds need."""
+"""Imports MuJoCo, which only simulated worlds need."""
 
 import importlib
 from typing import Any

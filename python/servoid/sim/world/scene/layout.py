@@ -1,4 +1,4 @@
-"""Where all visuals of a world are at one moment."""
+"""Computes the poses of all visuals of a world at a time."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from servoid.sim.world.scene.visuals import BOARD, OBJECT, ROOM, Visual
 
 
 class Layout:
-    """Places visuals by the joint angles and the time."""
+    """Computes poses of visuals from the joint angles and the time."""
 
     def __init__(
         self,

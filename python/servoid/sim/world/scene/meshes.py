@@ -1,4 +1,4 @@
-"""Shapes as triangles."""
+"""Converts shapes to triangles."""
 
 import numpy as np
 

@@ -1,6 +1,6 @@
-"""The room around the arm: even grey, or with posters, a bench and things that stand about.
+"""The room around the arm: plain grey, or with posters, a bench and other things.
 
-The world's z points up; the arm stands in the origin and looks along -x.
+The world's z points up; the arm is at the origin and looks along -x.
 """
 
 import math
@@ -24,7 +24,7 @@ from servoid.sim.world.scene.visuals import (
     Visual,
 )
 
-_BACK, _FRONT, _SIDE, _HEIGHT = -2.7, 3.4, 2.3, 2.4  # where walls and ceiling are, in m
+_BACK, _FRONT, _SIDE, _HEIGHT = -2.7, 3.4, 2.3, 2.4  # positions of walls and ceiling, in m
 _BENCH = 0.24  # height of the bench's top under the object
 _PALETTE: tuple[Color, ...] = (
     (0.75, 0.24, 0.18),
@@ -48,11 +48,11 @@ _WORDS = (
     "TOOLS",
     "open",
 )
-_PACKAGES = 6  # prints that the things share
+_PACKAGES = 6  # number of prints that the things share
 
 
 def make_room(background: str, seed: int) -> tuple[Visual, ...]:
-    """Return what stands around; another seed stands other things about.
+    """Return the room; another seed gives other things.
 
     Raises:
         SimError: there is no such background.
@@ -64,7 +64,7 @@ def make_room(background: str, seed: int) -> tuple[Visual, ...]:
 
 
 def _plain(seed: int) -> tuple[Visual, ...]:
-    del seed  # nothing is left to chance
+    del seed  # without randomness
     wall = Finish(color=(0.62, 0.63, 0.65))
     return _walls(Finish(color=(0.50, 0.50, 0.51)), wall)
 
@@ -105,7 +105,7 @@ def _walls(floor: Finish, wall: Finish) -> tuple[Visual, ...]:
 
 
 def _posters(random: np.random.Generator) -> list[Visual]:
-    """Hang posters on the wall that the arm looks at, and some beside."""
+    """Add posters on the wall that the arm looks at, and beside it."""
     visuals = []
     for index in range(9):
         half = (random.uniform(0.20, 0.27), random.uniform(0.22, 0.32))
@@ -129,7 +129,7 @@ def _posters(random: np.random.Generator) -> list[Visual]:
 
 
 def _furniture(wood: Finish) -> list[Visual]:
-    """Put a low bench under the object, and a shelf against the wall behind."""
+    """Add a low bench under the object, and a shelf at the wall behind."""
     metal = Finish(color=(0.25, 0.27, 0.30), gloss=0.3)
     visuals = [
         Visual(Box((0.62, 1.25, 0.018)), wood, carrier_from_visual=_placed((-1.85, 0.0, _BENCH))),
@@ -146,7 +146,7 @@ def _furniture(wood: Finish) -> list[Visual]:
 
 
 def _standing(random: np.random.Generator, prints: list[Texture]) -> list[Visual]:
-    """Stand things on the bench, low ones near the object, and on the shelf."""
+    """Add things on the bench, low ones near the object, and on the shelf."""
     visuals = []
     for x, tall in ((-1.42, 0.05), (-1.75, 0.08), (-2.12, 0.16)):
         for place in np.arange(-1.08, 1.09, 0.27):
@@ -160,7 +160,7 @@ def _standing(random: np.random.Generator, prints: list[Texture]) -> list[Visual
 
 
 def _about(random: np.random.Generator, prints: list[Texture]) -> list[Visual]:
-    """Stand boxes along the walls."""
+    """Add boxes along the walls."""
     visuals = []
     for x, y in ((-1.9, 1.75), (-0.9, 1.8), (0.4, 1.85), (-2.0, -1.8), (-0.6, -1.85), (0.9, -1.7)):
         visuals.append(_item(random, prints, (x, y, 0.0), 0.24))
@@ -173,7 +173,7 @@ def _item(
     foot: tuple[float, float, float],
     tall: float,
 ) -> Visual:
-    """Return something that stands on a place; `tall` is about half its height."""
+    """Return a thing at a position; `tall` is about half its height."""
     half = tall * float(random.uniform(0.75, 1.2))
     wide = float(random.uniform(0.05, 0.085)) * (1.0 + 1.2 * tall)
     texture = prints[int(random.integers(len(prints)))]
@@ -236,7 +236,7 @@ def _poster(seed: int) -> Texture:
 
 
 def _planks() -> Texture:
-    """Return floorboards: four a texture, each with its own shade."""
+    """Return floorboards: four per texture, each with its own shade."""
     boards = []
     for index, shade in enumerate((0.92, 1.05, 0.98, 1.1)):
         color = (0.52 * shade, 0.42 * shade, 0.33 * shade)
@@ -263,7 +263,7 @@ def _placed(place: tuple[float, float, float], yaw_deg: float = 0.0) -> tuple[fl
 
 
 def _facing(place: tuple[float, float, float], yaw_deg: float) -> Floats:
-    """Place a plane upright, its x level and its y up; it faces +x, turned about z."""
+    """Return a vertical plane with x horizontal and y up; it faces +x, rotated about z."""
     half = math.radians(0.5 * yaw_deg)
     turn = np.array([exact.cos(half), 0.0, 0.0, exact.sin(half)])
     # Its own z along the world's x, its x along y, its y along z.

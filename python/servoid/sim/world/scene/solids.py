@@ -1,4 +1,4 @@
-"""What of an arm and its room can be hit, and how near its parts come to each other."""
+"""The collision shapes of an arm and its room, and the distances between them."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -13,12 +13,12 @@ from servoid.sim.world.events.motions import Floats, unit_row
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.visuals import ROOM, Box, Capsule, Cylinder, Ellipsoid, Plane, Visual
 
-_THIN = 0.005  # m: what is as thin as this lies on something else
-_NEIGHBOURS = 0.03  # m: parts as near as this at the start are joined to each other, or mean to be
+_THIN = 0.005  # m: thinner shapes lie on others and are ignored
+_NEIGHBOURS = 0.03  # m: parts nearer than this at the start count as joined
 
 
 def add_solids(spec: Any, visuals: Iterable[Visual]) -> None:
-    """Add to a `mujoco.MjSpec` what can be hit of visuals that its bodies, or the room, carry."""
+    """Add the collision shapes of visuals on bodies or in the room to a `mujoco.MjSpec`."""
     for visual in visuals:
         carrier = spec.worldbody if visual.carrier == ROOM else spec.body(visual.carrier)
         shape = shape_of(visual)
@@ -30,7 +30,7 @@ def add_solids(spec: Any, visuals: Iterable[Visual]) -> None:
 
 
 def shape_of(visual: Visual) -> tuple[Any, list[float]] | None:
-    """Return the kind and size of a geom, None for what is not solid or too intricate."""
+    """Return the kind and size of a geom, None if it is not solid or too complex."""
     kinds = load_mujoco().mjtGeom
     match visual.shape:
         case Ellipsoid(radii):
@@ -48,10 +48,10 @@ def shape_of(visual: Visual) -> tuple[Any, list[float]] | None:
 
 
 class Solids:
-    """Knows how far parts of an arm are from each other and from its room.
+    """Computes distances between parts of an arm and its room.
 
-    Parts that the hand's joints do not move apart, links that one joint joins, and parts that
-    nearly touch at the start are neighbours, whose distance is not watched.
+    Parts that the hand's joints do not move relative to each other, links of the same joint, and
+    parts that nearly touch at the start are neighbours, whose distance is not monitored.
     """
 
     def __init__(self, model: Any, kinematics: Kinematics, start: Floats) -> None:
@@ -72,11 +72,11 @@ class Solids:
 
     @property
     def pairs(self) -> NDArray[np.int64]:
-        """Return the numbers of the geoms that are watched, (P, 2)."""
+        """Return the numbers of the monitored geoms, (P, 2)."""
         return self._pairs
 
     def clearances(self, positions: Floats, within: float) -> Clearances:
-        """Return the distances of parts that are no farther than `within` from each other.
+        """Return the distances of parts that are at most `within` from each other.
 
         `positions` are those of all N joints.
         """
@@ -91,12 +91,12 @@ class Solids:
         return Clearances(np.array(distances), np.array(slopes).reshape(-1, count))
 
     def _possible(self) -> Iterable[tuple[int, int]]:
-        """Give the pairs of geoms that could meet."""
+        """Yield the pairs of geoms that could collide."""
         solid, rank = self._solid(), self._ranks()
         for place, one in enumerate(solid):
             for other in solid[place + 1 :]:
                 a, b = sorted(rank[self._model.geom_bodyid[[one, other]]].tolist())
-                # Of the room, and of links that one joint joins.
+                # Parts of the room, and links of the same joint.
                 if a != b and (a == 0 or b - a > 1):
                     yield one, other
 
@@ -110,7 +110,7 @@ class Solids:
         return ranks
 
     def _solid(self) -> list[int]:
-        """Return the geoms that can be hit: of a body that tells them apart, those that collide."""
+        """Return the collision geoms: those marked as such, otherwise all of a body."""
         model = self._model
         hits = (model.geom_contype | model.geom_conaffinity) != 0
         with_collisions = set(model.geom_bodyid[hits].tolist())
@@ -126,24 +126,24 @@ class Solids:
         self._mujoco.mj_comPos(self._model, self._data)
 
     def _near(self, within: float) -> NDArray[np.bool_]:
-        """Say of which pairs (P,) the balls around them are near each other."""
+        """Return for which pairs (P,) the bounding balls are near each other."""
         one, other = self._pairs.T
         centers = self._data.geom_xpos
         way = centers[other] - centers[one]
         square = (way * way).sum(axis=1)
-        # Of a plane the way across counts; it is the first of a pair, as the room is.
+        # For a plane, the distance along its normal counts; the room is the first of a pair.
         across = (self._data.geom_xmat[one, 2::3] * way).sum(axis=1)
         square = np.where(self._flat[one], across * across, square)
         return square < np.square(self._radii[one] + self._radii[other] + within)
 
     def _distance(self, one: int, other: int, within: float) -> tuple[float, Floats]:
-        """Return how far two geoms are apart, and from where to where, (2, 3)."""
+        """Return the distance of two geoms, and its end points (2, 3)."""
         ends = np.zeros(6)
         distance = self._mujoco.mj_geomDistance(self._model, self._data, one, other, within, ends)
         return float(distance), ends.reshape(2, 3)
 
     def _slope(self, pair: tuple[int, int], distance: float, ends: Floats) -> Floats:
-        """Return by how much a distance grows with each joint, (N,)."""
+        """Return the gradient of a distance by the joints, (N,)."""
         way = ends[1] - ends[0]
         length = exact.norm(way)
         if length == 0.0:

@@ -1,6 +1,6 @@
-"""What is true of an object's shape: the middle of its volume, and points of its surface.
+"""The true shape of an object: the centroid of its volume, and points of its surface.
 
-Its parts are closed and may overlap, so that insides are told by lines that cross them.
+Its parts are closed and may overlap, so their union is determined by ray casting.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from servoid.sim.world.events.motions import Floats, pose_of, unit_row
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.visuals import Visual
 
-_LINES = 64  # along each side of the object
+_LINES = 64  # rays along each side of the object
 _POINTS = 1500
 _SEED = 7
 
@@ -24,8 +24,8 @@ Part = tuple[Floats, NDArray[np.int64]]
 class TrueObject:
     """The shape of an object in its own frame.
 
-    `middle` (3,) is the centroid of its volume; `points` (P, 3) lie evenly on its surface, with
-    outward `normals` (P, 3).
+    `middle` (3,) is the centroid of its volume; `points` (P, 3) are evenly spread on its surface,
+    with outward `normals` (P, 3).
     """
 
     middle: Floats
@@ -34,17 +34,17 @@ class TrueObject:
 
 
 def true_object(visuals: Sequence[Visual]) -> TrueObject:
-    """Measure an object that consists of solids."""
+    """Compute the shape of an object that consists of solids."""
     parts = [_part(one) for one in visuals]
     points, normals = _surface(parts)
     return TrueObject(volume_middle(parts), points, normals)
 
 
 def volume_middle(parts: Sequence[Part]) -> Floats:
-    """Return the centroid (3,) of the union of closed parts, by lines along z through all of it."""
+    """Return the centroid (3,) of the union of closed parts, by a grid of rays along z."""
     corners = np.concatenate([vertices for vertices, _ in parts])
     lower, upper = corners.min(axis=0), corners.max(axis=0)
-    # The lines lie a little aside of where vertices often do.
+    # The rays are shifted, so that they hardly hit vertices.
     shares = (np.arange(_LINES) + 0.503) / _LINES
     xs, ys = (lower[axis] + shares * (upper[axis] - lower[axis]) for axis in (0, 1))
     spans = [_crossed(part, xs, ys) for part in parts]
@@ -58,7 +58,7 @@ def volume_middle(parts: Sequence[Part]) -> Floats:
 
 
 def inside(points: Floats, part: Part) -> NDArray[np.bool_]:
-    """Say which points (P, 3) a closed part holds: a line upwards leaves it once more."""
+    """Return which points (P, 3) are inside a closed part, by the crossings of a ray upwards."""
     vertices, faces = part
     a, b, c = (vertices[faces[:, corner]] for corner in range(3))
     found = np.zeros(len(points), np.bool_)
@@ -76,7 +76,7 @@ def _part(visual: Visual) -> Part:
 
 
 def _crossed(part: Part, xs: Floats, ys: Floats) -> list[list[list[tuple[float, float]]]]:
-    """Return the spans of z in which a part holds each of the lines at (x, y)."""
+    """Return the intervals of z in which each ray at (x, y) is inside a part."""
     vertices, faces = part
     a, b, c = (vertices[faces[:, corner]] for corner in range(3))
     found: list[list[list[tuple[float, float]]]] = []
@@ -99,7 +99,7 @@ def _spans(a: Floats, b: Floats, c: Floats, x: float, y: float) -> list[tuple[fl
 def _weights(
     a: Floats, b: Floats, c: Floats, x: float, y: float
 ) -> tuple[tuple[Floats, Floats, Floats], NDArray[np.bool_]]:
-    """Return the weights of the corners of triangles (F, 3) at (x, y), and which hold it."""
+    """Return the barycentric coordinates (F, 3) of (x, y) in triangles, and which contain it."""
     ax, ay, bx, by, cx, cy = (one[:, axis] for one in (a, b, c) for axis in (0, 1))
     area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
     area = np.where(area == 0.0, np.nan, area)
@@ -110,7 +110,7 @@ def _weights(
 
 
 def _joined(spans: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Join spans that overlap."""
+    """Merge overlapping intervals."""
     found: list[tuple[float, float]] = []
     for start, end in sorted(spans):
         if found and start <= found[-1][1]:
@@ -121,7 +121,7 @@ def _joined(spans: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def _surface(parts: Sequence[Part]) -> tuple[Floats, Floats]:
-    """Return points (P, 3) spread evenly over what is outside, and normals (P, 3)."""
+    """Return points (P, 3) spread evenly over the outer surface, and normals (P, 3)."""
     random = np.random.default_rng(_SEED)
     corners = np.concatenate([vertices[faces] for vertices, faces in parts])
     owner = np.concatenate([np.full(len(faces), n) for n, (_, faces) in enumerate(parts)])

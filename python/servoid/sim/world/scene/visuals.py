@@ -1,4 +1,4 @@
-"""What can be seen in a world: shapes with a finish, each carried by a body that may move."""
+"""The visible shapes of a world, each with a finish, on bodies that may move."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from servoid.pose import exact
 from servoid.sim.world.events.motions import STILL, Floats
 
-ROOM, OBJECT, BOARD = "room", "object", "board"  # carriers that are no part of an arm
+ROOM, OBJECT, BOARD = "room", "object", "board"  # carriers that are not part of an arm
 
 Color = tuple[float, float, float]
 Texture = NDArray[np.uint8]
@@ -19,7 +19,7 @@ Texture = NDArray[np.uint8]
 class Finish:
     """How a surface looks: one colour (sRGB, 0 to 1) times a texture (H, W, 3) sRGB, if any.
 
-    `repeat` says how often the texture lies along u and v; `gloss` is from 0, dull, to 1.
+    `repeat` is how often the texture repeats along u and v; `gloss` is from 0, matt, to 1.
     """
 
     color: Color = (1.0, 1.0, 1.0)
@@ -43,7 +43,7 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder along z that ends in half balls."""
+    """A cylinder along z with hemispherical ends."""
 
     radius: float
     half_length: float
@@ -51,7 +51,7 @@ class Capsule:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder along z that ends flat."""
+    """A cylinder along z with flat ends."""
 
     radius: float
     half_length: float
@@ -66,7 +66,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Plane:
-    """A rectangle across z that is seen from above."""
+    """A rectangle perpendicular to z, visible from above."""
 
     half_size: tuple[float, float]
 

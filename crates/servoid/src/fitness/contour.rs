@@ -11,6 +11,10 @@ pub struct ContourPoint {
     pub normal: Vector2<f64>,
     /// The point of the surface that is imaged there.
     pub rim: Vector3<f64>,
+    /// Index of the ellipsoid whose surface that is.
+    pub ellipsoid: usize,
+    /// The point of the unit ball that this ellipsoid maps to the surface point.
+    pub on_ball: Vector3<f64>,
     /// Derivative of the pixel by that point.
     pub slope: Matrix2x3<f64>,
 }
@@ -32,14 +36,15 @@ pub fn contour(
     projection: &Projection,
     quadrics: &[Quadric],
     spacing_px: f64,
-    outlines: &mut Vec<(Outline, Quadric)>,
+    outlines: &mut Vec<(usize, Outline)>,
     points: &mut Vec<ContourPoint>,
 ) {
     points.clear();
     outlines.clear();
-    let seen = quadrics.iter().filter_map(|q| Some((projection.outline(q)?, *q)));
-    outlines.extend(seen);
-    for (index, (outline, quadric)) in outlines.iter().enumerate() {
+    let all = quadrics.iter().enumerate();
+    outlines.extend(all.filter_map(|(index, quadric)| Some((index, projection.outline(quadric)?))));
+    for &(ellipsoid, ref outline) in outlines.iter() {
+        let quadric = &quadrics[ellipsoid];
         let around = std::f64::consts::PI * (outline.half_width + outline.half_height);
         let count = ((around / spacing_px) as usize).clamp(6, MOST);
         for step in 0..count {
@@ -47,14 +52,13 @@ pub fn contour(
                 place(outline, std::f64::consts::TAU * step as f64 / count as f64);
             let hidden = outlines
                 .iter()
-                .enumerate()
-                .any(|(other, (outline, _))| other != index && outline.contains(&pixel));
+                .any(|(other, outline)| *other != ellipsoid && outline.contains(&pixel));
             if hidden {
                 continue;
             }
-            let rim = rim(projection, quadric, &pixel, &normal);
+            let (rim, on_ball) = rim(projection, quadric, &pixel, &normal);
             if let Some((pixel, slope)) = projection.pixel(&rim) {
-                points.push(ContourPoint { pixel, normal, rim, slope });
+                points.push(ContourPoint { pixel, normal, rim, ellipsoid, on_ball, slope });
             }
         }
     }
@@ -70,17 +74,19 @@ fn place(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
     (outline.center_px() + Vector2::new(right, below), normal.normalize())
 }
 
-/// Returns the point at which the plane through the camera and a tangent touches the ellipsoid.
+/// Returns the point at which the plane through the camera and a tangent touches the ellipsoid, and
+/// the point of the unit ball that is mapped there.
 fn rim(
     projection: &Projection,
     quadric: &Quadric,
     pixel: &Vector2<f64>,
     normal: &Vector2<f64>,
-) -> Vector3<f64> {
+) -> (Vector3<f64>, Vector3<f64>) {
     let tangent = Vector3::new(normal.x, normal.y, -normal.dot(pixel));
     let outward = projection.linear.tr_mul(&tangent);
     let reach = quadric.factor.tr_mul(&outward);
-    quadric.center + quadric.factor * reach / reach.norm().max(f64::MIN_POSITIVE)
+    let length = reach.norm().max(f64::MIN_POSITIVE);
+    (quadric.center + quadric.factor * reach / length, reach / length)
 }
 
 /// Locates the boundary along the normal at a point of the outline, among `2 reach + 1` pixels at

@@ -69,6 +69,9 @@ impl Tracker {
         let hypothesis = self.get_used_to(observation, &world_from_object);
         // The pose is given, so the residual of the outline at it is its bias.
         self.target.bias.update_at(&hypothesis.toward, hypothesis.normal.outline);
+        if self.is_patterned(&hypothesis.quality) {
+            self.target.offsets.learn_at(&self.workspace.edges);
+        }
         self.keep_keyframe(observation, &hypothesis);
         let is_confirmed = hypothesis.quality.share >= self.settings.held;
         self.status = if is_confirmed { Status::Tracking } else { Status::Searching };
@@ -158,6 +161,8 @@ impl Tracker {
         self.target.reference.support = hypothesis.quality.support;
         self.target.reference.recognised = hypothesis.quality.recognised;
         self.target.reference.textured = hypothesis.quality.textured;
+        self.target.reference.printed_share =
+            hypothesis.quality.printed / hypothesis.quality.recognised.max(1.0);
         self.target.reference.share = hypothesis.quality.share;
         hypothesis
     }

@@ -5,6 +5,7 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::bias::Bias;
 use super::target::colors::Colors;
+use super::target::contour_offsets::ContourOffsets;
 use super::target::points::Points;
 use super::target::ranges::Ranges;
 use super::target::reference::Reference;
@@ -26,6 +27,7 @@ pub(super) struct Inputs<'a> {
     pub(super) colors: Option<&'a Colors>,
     pub(super) reference: &'a Reference,
     pub(super) bias: &'a Bias,
+    pub(super) offsets: &'a ContourOffsets,
     /// Whether the object moves so fast that its image may be blurred.
     pub(super) is_blurred: bool,
     pub(super) relief: &'a Relief,
@@ -49,6 +51,7 @@ impl<'a> Inputs<'a> {
             colors: settings.region.then_some(&target.colors),
             reference: &target.reference,
             bias: &target.bias,
+            offsets: &target.offsets,
             is_blurred: frame.is_blurred,
             relief: &target.relief,
         }

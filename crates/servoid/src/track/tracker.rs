@@ -12,7 +12,7 @@ use super::pose::confidence::{Evidence, UNMEASURED, unseen};
 use super::pose::hypothesis::Hypothesis;
 use super::pose::refine::Workspace;
 use super::pose::search::{Deviation, Search};
-use super::pose::uncertainty::uncertainty;
+use super::pose::uncertainty::{Uncertainty, uncertainty};
 use super::pose::verify::Quality;
 use super::relocalize::Relocalizer;
 use super::settings::TrackSettings;
@@ -280,6 +280,12 @@ impl Tracker {
         quality.printed / self.frame.open().max(1) as f64
     }
 
+    /// Returns the covariance of a pose: by the images, by how poses differ without motion, and by
+    /// the drift since the first image.
+    pub(super) fn covariance(&self, by_images: &Uncertainty) -> Matrix6<f64> {
+        by_images.covariance + self.jitter.covariance() + self.drift_covariance()
+    }
+
     /// Makes an estimate from a hypothesis.
     pub(super) fn estimate(
         &mut self,
@@ -303,7 +309,7 @@ impl Tracker {
         Estimate {
             time_s: observation.time_s,
             world_from_object: if followed { hypothesis.pose } else { self.motion.last() },
-            covariance: known.covariance + self.jitter.covariance() + self.drift_covariance(),
+            covariance: self.covariance(&known),
             unobservable: known.unobservable,
             confidence: if followed { evidence.probability() } else { unseen(self.status) },
             evidence: followed.then_some(evidence),

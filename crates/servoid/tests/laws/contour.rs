@@ -144,7 +144,14 @@ proptest! {
 
 fn line(normal: Vector2<f64>) -> ContourPoint {
     let pixel = Vector2::new(100.0, 80.0);
-    ContourPoint { pixel, normal, rim: Vector3::z(), slope: Matrix2x3::zeros() }
+    ContourPoint {
+        pixel,
+        normal,
+        rim: Vector3::z(),
+        ellipsoid: 0,
+        on_ball: Vector3::z(),
+        slope: Matrix2x3::zeros(),
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ pub(super) mod align;
 pub(super) mod confidence;
 pub(super) mod guess;
 pub(super) mod hypothesis;
+pub(super) mod lines;
 pub(super) mod matching;
 pub(super) mod refine;
 pub(super) mod search;

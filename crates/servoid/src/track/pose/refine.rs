@@ -1,16 +1,18 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::guess::{Distance, Ray};
+use super::lines::add_lines;
 use super::matching::match_points;
 use super::uncertainty::inverse;
 use crate::camera::Pyramid;
-use crate::fitness::{Agreement, ContourPoint, SurfacePoint, boundary, contour};
+use crate::fitness::{Agreement, ContourPoint, SurfacePoint, contour};
 use crate::pose::{Pose, Twist};
-use crate::shape::{Outline, Quadric};
+use crate::shape::Outline;
 use crate::track::frame::occlusion::{LastSeen, Occlusion};
 use crate::track::inputs::Inputs;
 use crate::track::motion::Prior;
 use crate::track::target::bias::Information;
+use crate::track::target::contour_offsets::Edge;
 use crate::track::target::points::{Feature, InView, Match, by_motion};
 use crate::track::target::ranges::Residual;
 use crate::track::target::shift::Shift;
@@ -28,6 +30,12 @@ pub(crate) struct Normal {
     pub(crate) outline: Information,
     /// The part of it that is in the sum: what remains after its bias is marginalised.
     freed: Information,
+    /// The part of the outline whose boundary offset is known; it is not in the sum.
+    pub(crate) replaced: Information,
+    /// Information of the boundary there, in its place; it is in the sum.
+    edges: Information,
+    /// What remains of the whole outline after its bias is marginalised.
+    whole: Information,
 }
 
 /// A pose with the normal equations of the images.
@@ -41,7 +49,7 @@ pub(crate) struct Evaluated {
 
 impl Evaluated {
     /// Makes a pose without any measurement.
-    fn nothing(pose: Pose, radius: f64) -> Self {
+    pub(crate) fn nothing(pose: Pose, radius: f64) -> Self {
         Self { pose, normal: Normal::new(radius), outline: (0.0, 0.0) }
     }
 }
@@ -58,9 +66,11 @@ pub(crate) struct Workspace {
     /// Current displacement of each point in view in metres, if its distance is a guess.
     pub(crate) moved: Vec<f64>,
     pub(crate) distances: Vec<Distance>,
-    outlines: Vec<(Outline, Quadric)>,
+    outlines: Vec<(usize, Outline)>,
     pub(crate) exposed_outlines: Vec<Outline>,
-    contour: Vec<ContourPoint>,
+    pub(crate) contour: Vec<ContourPoint>,
+    /// The boundary along the outline, as the finest resolution shows it.
+    pub(crate) edges: Vec<Edge>,
 }
 
 /// Longest step, in radii and radians.
@@ -72,22 +82,11 @@ const STEPS: [usize; Pyramid::LEVELS] = [16, 12, 12];
 const CONVERGED: f64 = 1e-3;
 /// Pixels along the outline between lines.
 const LINE_SPACING_PX: f64 = 8.0;
-/// Positions on one side of a line and pixels between them, the finest resolution first.
-const LINES: [(usize, f64); Pyramid::LEVELS] = [(6, 1.0), (8, 1.5), (10, 2.5)];
-/// Variance of the true outline about that of the ellipsoids, in square pixels: they only
-/// approximate the object.
-const SHAPE_PX: f64 = 6.0;
-/// Distance between boundary and outline, in pixels, within which they still agree.
-const NEAR_PX: f64 = 2.5;
-/// Distance inside the outline, in pixels, at which a line is tested for occlusion.
-const INSIDE_PX: f64 = 4.0;
 /// Standard deviation of a point's position, in radii, for a view at right angles to the direction
 /// in which it was learned.
 const BENT: f64 = 0.02;
 /// Most steps that move guessed points at a fixed pose.
 const GUESSES: usize = 4;
-/// Weight of a line: errors of neighbouring lines are correlated.
-const LINE_SHARE: f64 = 0.25;
 
 impl Normal {
     /// Starts from a weak prior on the pose, so that unconstrained directions do not move.
@@ -96,12 +95,32 @@ impl Normal {
         let diagonal = Vector6::new(across, across, across, turn, turn, turn);
         let belief = Matrix6::from_diagonal(&diagonal);
         let none = (Matrix6::zeros(), Vector6::zeros());
-        Self { curvature: belief, belief, slope: none.1, outline: none, freed: none }
+        Self {
+            curvature: belief,
+            belief,
+            slope: none.1,
+            outline: none,
+            freed: none,
+            replaced: none,
+            edges: none,
+            whole: none,
+        }
     }
 
     /// Returns the information of everything but the outline.
     pub(crate) fn rest(&self) -> Information {
-        (self.curvature - self.freed.0, self.slope - self.freed.1)
+        (self.curvature - self.freed.0 - self.edges.0, self.slope - self.freed.1 - self.edges.1)
+    }
+
+    /// Returns the sum without the edges whose offsets the tracker itself learned: they cannot
+    /// confirm the poses by which they were learned.
+    pub(crate) fn without_edges(&self) -> Self {
+        if self.edges.0 == Matrix6::zeros() {
+            return *self;
+        }
+        let (curvature, slope) = self.rest();
+        let (curvature, slope) = (curvature + self.whole.0, slope + self.whole.1);
+        Self { curvature, slope, ..*self }
     }
 
     /// Returns the covariance, including the prior.
@@ -214,6 +233,7 @@ fn linearize(
     for camera in 0..inputs.windows.len() {
         add_ranges(&mut sum.normal, inputs, (camera, &pose), &workspace.occlusion);
     }
+    workspace.edges.clear();
     if let Some(colors) = inputs.colors {
         for (camera, (window, image)) in inputs.windows.iter().zip(inputs.images).enumerate() {
             if let (Some(projection), Some(image)) = (window.projection(&pose), image) {
@@ -225,13 +245,20 @@ fn linearize(
                     &mut workspace.outlines,
                     &mut workspace.contour,
                 );
-                add_lines(&mut sum, (camera, level), ratio, workspace);
+                let offsets = (inputs.offsets, inputs.solid.radius);
+                add_lines(&mut sum, (camera, level), ratio, offsets, workspace);
             }
         }
         let normal = &mut sum.normal;
-        normal.freed = inputs.bias.freed(&toward(inputs, &pose), normal.outline);
+        let toward = toward(inputs, &pose);
+        normal.whole = inputs.bias.freed(&toward, normal.outline);
+        let left = (normal.outline.0 - normal.replaced.0, normal.outline.1 - normal.replaced.1);
+        normal.freed = inputs.bias.freed(&toward, left);
         normal.curvature += normal.freed.0;
         normal.slope += normal.freed.1;
+        normal.edges = inputs.offsets.measured(&mut workspace.edges);
+        normal.curvature += normal.edges.0;
+        normal.slope += normal.edges.1;
     }
     sum
 }
@@ -254,32 +281,6 @@ impl Workspace {
     }
 }
 
-/// Adds the lines across the contour in the workspace; `ratio` is the log-likelihood ratio of a
-/// pixel.
-fn add_lines(
-    sum: &mut Evaluated,
-    (camera, level): (usize, usize),
-    ratio: impl Fn(f64, f64) -> Option<f64>,
-    workspace: &Workspace,
-) {
-    for place in &workspace.contour {
-        let inside = place.pixel - place.normal * INSIDE_PX;
-        let shows = 1.0 - workspace.occlusion.hides(camera, &inside);
-        if shows == 0.0 {
-            continue;
-        }
-        if let Some(offset) = boundary(place, LINES[level], &ratio) {
-            let known = shows * informed_share(offset.variance_px, LINES[level]);
-            sum.outline.0 += known * libm::exp(-0.5 * (offset.mean_px / NEAR_PX).powi(2));
-            sum.outline.1 += known;
-            let by_motion = by_motion(&place.slope, &place.rim).tr_mul(&place.normal);
-            let weight = known * LINE_SHARE / (offset.variance_px + SHAPE_PX);
-            sum.normal.outline.0 += by_motion * by_motion.transpose() * weight;
-            sum.normal.outline.1 += by_motion * (weight * offset.mean_px);
-        }
-    }
-}
-
 /// Adds the information of a camera's depth image about a pose, where nothing hides the object.
 fn add_ranges(
     normal: &mut Normal,
@@ -294,14 +295,6 @@ fn add_ranges(
         normal.curvature += by_motion * by_motion.transpose() * weight;
         normal.slope += by_motion * (off * weight);
     }
-}
-
-/// Returns the share of the information a line could have that it has: none if its variance is
-/// that of a boundary that may be anywhere along it. // (S47)
-fn informed_share(variance_px: f64, (reach, step_px): (usize, f64)) -> f64 {
-    let places = (2 * reach + 2) as f64;
-    let even = (places * places - 1.0) / 12.0 * step_px * step_px;
-    (1.0 - variance_px / even).max(0.0)
 }
 
 /// Adds the information of a point that agrees with an image.
@@ -341,49 +334,4 @@ fn add_point(
     normal.curvature += by_motion.tr_mul(&(shift.information * by_motion)) * weight;
     normal.slope += by_motion.tr_mul(&shift.pull) * weight;
     None
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::{Matrix2x3, Vector2};
-
-    use super::*;
-
-    /// Contribution of a line across an outline, if the object's colours end some pixels outside of
-    /// it.
-    fn added(level: usize, ratio: impl Fn(f64) -> f64) -> (Normal, (f64, f64)) {
-        let (pixel, normal) = (Vector2::new(50.0, 40.0), Vector2::new(1.0, 0.0));
-        let slope = Matrix2x3::new(300.0, 0.0, 0.0, 0.0, 300.0, 0.0);
-        let place = ContourPoint { pixel, normal, rim: Vector3::new(0.05, 0.0, 0.0), slope };
-        let workspace = Workspace { contour: vec![place], ..Workspace::default() };
-        let mut sum = Evaluated::nothing(Pose::identity(), 0.05);
-        add_lines(&mut sum, (0, level), |u, _| Some(ratio(u - pixel.x)), &workspace);
-        (sum.normal, sum.outline)
-    }
-
-    #[test]
-    fn a_line_whose_colours_say_nothing_adds_nothing() {
-        for level in 0..LINES.len() {
-            let (sum, outline) = added(level, |_| 0.0);
-            assert!(sum.outline.0.amax() < 1e-9 * sum.belief.amax());
-            assert!(outline.1 < 1e-9 && sum.outline.1.amax() < 1e-9, "{outline:?}");
-        }
-    }
-
-    #[test]
-    fn the_clearer_the_colours_the_more_a_line_says() {
-        for level in 0..LINES.len() {
-            let mut before = (0.0, 0.0);
-            for nats in [0.01, 0.1, 0.5, 2.0] {
-                let (sum, (agreed, lines)) =
-                    added(level, |out| if out < 0.0 { nats } else { -nats });
-                let now = (sum.outline.0.amax(), lines);
-                assert!(now.0 > before.0 && now.1 > before.1 && lines <= 1.0);
-                assert!(agreed > 0.8 * lines, "{agreed} of {lines}");
-                before = now;
-            }
-            let (_, (agreed, lines)) = added(level, |_| 2.0);
-            assert!(lines > 0.9 && agreed < 0.1, "colours that go on speak against an outline");
-        }
-    }
 }

@@ -19,8 +19,11 @@ pub(crate) fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     Some(matrix.cholesky()?.inverse())
 }
 
-/// Computes the covariance and the unobservable motions from the curvature about a pose.
+/// Computes the covariance and the unobservable motions from the curvature about a pose. Boundary
+/// offsets that the tracker learned do not count: they cannot confirm the poses by which they were
+/// learned.
 pub(crate) fn uncertainty(normal: &Normal, radius: f64) -> Uncertainty {
+    let normal = normal.without_edges();
     let images = normal.curvature - normal.belief + Normal::new(radius).belief;
     let covariance = inverse(&images).unwrap_or_else(Matrix6::identity);
     let units = Matrix6::from_diagonal(&Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0));

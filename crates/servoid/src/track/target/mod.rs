@@ -2,6 +2,7 @@
 
 pub(super) mod bias;
 pub(super) mod colors;
+pub(super) mod contour_offsets;
 mod feature;
 pub(super) mod keyframes;
 pub(super) mod points;
@@ -16,6 +17,7 @@ mod turn_drift;
 
 use self::bias::Bias;
 use self::colors::Colors;
+use self::contour_offsets::ContourOffsets;
 use self::keyframes::Keyframes;
 use self::points::Points;
 use self::ranges::Ranges;
@@ -41,6 +43,7 @@ pub(super) struct Target {
     pub(super) sides: Sides,
     pub(super) reference: Reference,
     pub(super) bias: Bias,
+    pub(super) offsets: ContourOffsets,
 }
 
 impl Target {
@@ -50,6 +53,7 @@ impl Target {
         Self {
             body: body.clone(),
             bias: Bias::unknown(solid.radius),
+            offsets: ContourOffsets::unknown(body.ellipsoids().len()),
             solid,
             points: Points::default(),
             relief: Relief::new(false),

@@ -15,6 +15,8 @@ pub(crate) struct Reference {
     pub(crate) recognised: f64,
     /// Those of them with the contrast of a pattern; not saved, so learned anew.
     pub(crate) textured: f64,
+    /// Share of them that have it now or mostly had it; not saved, either.
+    pub(crate) printed_share: f64,
     /// Pixels inside the outlines, times the squared distance.
     pub(crate) area: f64,
     /// Distance from the first camera, in metres.
@@ -41,7 +43,7 @@ impl Reference {
         let [ratio, outline, share, support, recognised, area, distance] = numbers;
         let all = cameras as f64;
         let (support, recognised, area) = (support * all, recognised * all, area * all);
-        Self { ratio, outline, share, support, recognised, textured: 0.0, area, distance }
+        Self { ratio, outline, share, support, recognised, area, distance, ..Self::default() }
     }
 
     /// Updates it by the quality of an image in which the pose was trusted.
@@ -53,6 +55,9 @@ impl Reference {
         self.recognised += RATE * (quality.recognised - self.recognised);
         let rate = if self.textured > 0.0 { RATE } else { 1.0 };
         self.textured += rate * (quality.textured - self.textured);
+        let share = quality.printed / quality.recognised.max(1.0);
+        let rate = if self.printed_share > 0.0 { RATE } else { 1.0 };
+        self.printed_share += rate * (share - self.printed_share);
         self.support += RATE * (quality.support - self.support);
     }
 }

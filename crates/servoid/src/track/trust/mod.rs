@@ -30,6 +30,9 @@ const LIKELY: f64 = 0.8;
 const FEW: f64 = 8.0;
 const SOME: f64 = 18.0;
 const RICH: f64 = 22.0;
+/// Mean share of the recognised surface points with the contrast of a pattern, from which on the
+/// object counts as patterned. Shading alone gives most points of a glossy toy that contrast.
+const MOSTLY: f64 = 0.85;
 /// Share of what should be visible from which on the orientation is reported by points that only
 /// one camera sees, where keyframes do not confirm the body by which their distances were guessed.
 const GUESSED: f64 = 0.88;
@@ -174,6 +177,12 @@ impl Tracker {
 
     fn penalize(&self, hypothesis: &mut Hypothesis) {
         hypothesis.quality.share *= PENALTY * self.settings.trusted;
+    }
+
+    /// Returns whether most of what is usually recognised is a pattern, and enough of it is seen to
+    /// hold the pose: only then does the tracker learn where the object's boundary is.
+    pub(super) fn is_patterned(&self, quality: &Quality) -> bool {
+        self.printed(quality) >= SOME && self.target.reference.printed_share >= MOSTLY
     }
 
     /// Returns what may be updated by a pose that is followed.

@@ -11,6 +11,7 @@ use crate::track::adjust::Job;
 use crate::track::settings::TrackSettings;
 use crate::track::target::Target;
 use crate::track::target::colors::Colors;
+use crate::track::target::contour_offsets::ContourOffsets;
 use crate::track::target::sides::{Marks, Sides};
 use crate::track::target::solid::Solid;
 use crate::track::tracker::Tracker;
@@ -132,6 +133,7 @@ impl Target {
         let solid = Solid::new(&body);
         let grows = solid.radius <= FARTHEST * self.solid.radius;
         if grows {
+            self.offsets = ContourOffsets::unknown(body.ellipsoids().len());
             (self.body, self.solid) = (body, solid);
         }
         grows

@@ -10,6 +10,7 @@ use self::detect::{DetectionPlan, detect};
 use self::templates::{APART, templates};
 use super::inputs::Inputs;
 use super::pose::hypothesis::Hypothesis;
+use super::pose::uncertainty::uncertainty;
 use super::tracker::Tracker;
 use crate::camera::{Mask, Observation};
 use crate::pose::Pose;
@@ -55,6 +56,11 @@ impl Tracker {
                 .reference
                 .follow(&hypothesis.quality, (hypothesis.pose.translation() - eye).norm());
             self.keep_views(observation, &hypothesis.pose);
+            if self.is_patterned(&hypothesis.quality) {
+                let pose =
+                    self.covariance(&uncertainty(&hypothesis.normal, self.target.solid.radius));
+                self.target.offsets.learn(&self.workspace.edges, &pose);
+            }
         }
         if self.settings.surface && may.surface {
             self.keep_keyframe(observation, hypothesis);

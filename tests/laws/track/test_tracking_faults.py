@@ -133,6 +133,5 @@ def test_a_lost_object_s_pose_is_less_sure(
     gone = [without("an empty room", 6 + count) for count in range(20)]
     estimates = steps(alone, [*moments[:6], *gone])
     spread = [float(np.trace(one.covariance)) for one in estimates]
-    # In one image it is chance: the best of all wrong poses may fit sharply, by itself from 1.6 to
-    # 168 times as wide as a right one in two drawings of the scene; their mean was 18 and 67 times.
-    assert np.mean(spread[6:]) > 10.0 * spread[4]
+    # The best of all wrong poses may fit as sharply as a right one; it is not what is reported.
+    assert min(spread[5:]) > 10.0 * max(spread[:5])

@@ -10,7 +10,7 @@ use super::motion::jitter::Jitter;
 use super::motion::outdated::Newest;
 use super::pose::confidence::{Evidence, UNMEASURED, unseen};
 use super::pose::hypothesis::Hypothesis;
-use super::pose::refine::Workspace;
+use super::pose::refine::{Normal, Workspace};
 use super::pose::search::{Deviation, Search};
 use super::pose::uncertainty::{Uncertainty, uncertainty};
 use super::pose::verify::Quality;
@@ -292,8 +292,11 @@ impl Tracker {
         observation: &Observation<'_>,
         hypothesis: &Hypothesis,
     ) -> Estimate {
-        let known = uncertainty(&hypothesis.normal, self.target.solid.radius);
         let followed = self.status == Status::Tracking;
+        let radius = self.target.solid.radius;
+        // The best of all wrong poses may fit sharply, but says nothing of the object's.
+        let measured = if followed { hypothesis.normal } else { Normal::new(radius) };
+        let known = uncertainty(&measured, radius);
         let evidence = self.evidence(&hypothesis.quality, &known.covariance);
         let located = followed && self.is_located(&hypothesis.quality);
         let is_reliable = located

@@ -13,6 +13,8 @@ pub(crate) struct Offset {
     pub(crate) variance: f64,
     /// The point of the unit ball where it was learned first.
     pub(crate) at: Vector3<f64>,
+    /// Whether it was learned at a given pose; then it is never forgotten.
+    given: bool,
 }
 
 /// A measurement of the boundary at a place of the outline.
@@ -47,6 +49,9 @@ const WITHIN: f64 = 0.003;
 const CHANGES: f64 = 0.1;
 /// Share of an image's information about an offset that is independent of the images before.
 const SHARED: f64 = 0.2;
+/// Standard deviation, in radii, that each image from which the tracker learns adds to an offset
+/// that was learned at a pose of its own: later poses are better known than earlier ones.
+const FADING: f64 = 0.004;
 
 impl Offset {
     /// Returns the variance by which the offset at another point differs.
@@ -58,7 +63,8 @@ impl Offset {
 impl ContourOffsets {
     /// Starts with a number of ellipsoids of which nothing is known.
     pub(crate) fn unknown(ellipsoids: usize) -> Self {
-        let offset = Offset { mean: 0.0, variance: UNKNOWN * UNKNOWN, at: Vector3::zeros() };
+        let offset =
+            Offset { mean: 0.0, variance: UNKNOWN * UNKNOWN, at: Vector3::zeros(), given: false };
         Self(vec![offset; ellipsoids * cells_of_one()])
     }
 
@@ -84,10 +90,18 @@ impl ContourOffsets {
     /// Learns from an image whose pose is given.
     pub(crate) fn learn_at(&mut self, edges: &[Edge]) {
         self.take(edges, |_| 0.0, 1.0);
+        for edge in edges {
+            if let Some(offset) = self.0.get_mut(edge.cell) {
+                offset.given = true;
+            }
+        }
     }
 
     /// Learns from an image whose pose is known by other evidence, with a covariance.
     pub(crate) fn learn(&mut self, edges: &[Edge], pose: &Matrix6<f64>) {
+        for offset in self.0.iter_mut().filter(|offset| !offset.given) {
+            offset.variance = (offset.variance + FADING * FADING).min(UNKNOWN * UNKNOWN);
+        }
         self.take(edges, |by_motion| by_motion.dot(&(pose * by_motion)), SHARED);
     }
 
@@ -244,6 +258,25 @@ mod tests {
             assert_eq!(known.is_some(), sd < KNOWN);
             assert!(known.is_none_or(|offset| offset.variance >= sd * sd));
         }
+    }
+
+    #[test]
+    fn what_was_learned_at_a_given_pose_stays_and_at_an_estimated_one_fades() {
+        let (place, elsewhere) = (Vector3::x(), Vector3::y());
+        let known = |offsets: &ContourOffsets, at| offsets.known(ContourOffsets::cell(0, at));
+        let mut offsets = known_at(place, 0.02);
+        let sure = Matrix6::identity() * 1e-6;
+        for _ in 0..100 {
+            offsets.learn(&[edge(elsewhere, 0.02, Vector6::x())], &sure);
+        }
+        let (given, estimated) = (known(&offsets, &place), known(&offsets, &elsewhere));
+        assert_eq!(given, known(&known_at(place, 0.02), &place));
+        assert!(estimated.is_some());
+        for _ in 0..1000 {
+            offsets.learn(&[], &sure);
+        }
+        assert_eq!(known(&offsets, &place), given);
+        assert_eq!(known(&offsets, &elsewhere), None);
     }
 
     #[test]

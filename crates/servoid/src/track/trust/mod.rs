@@ -179,10 +179,13 @@ impl Tracker {
         hypothesis.quality.share *= PENALTY * self.settings.trusted;
     }
 
-    /// Returns whether most of what is usually recognised is a pattern, and enough of it is seen to
-    /// hold the pose: only then does the tracker learn where the object's boundary is.
+    /// Returns whether most of what is usually recognised is a pattern, and enough of it is seen, at
+    /// measured distances, to hold the pose: only then does the tracker learn where the object's
+    /// boundary is.
     pub(super) fn is_patterned(&self, quality: &Quality) -> bool {
-        self.printed(quality) >= SOME && self.target.reference.printed_share >= MOSTLY
+        let is_guessed = self.target.points.are_guessed(&self.workspace.matches);
+        let is_printed = self.target.reference.printed_share >= MOSTLY;
+        !is_guessed && is_printed && self.printed(quality) >= SOME
     }
 
     /// Returns what may be updated by a pose that is followed.

@@ -3,14 +3,13 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from gige_peer import ADDRESS, gige_camera
-from realsense_peer import Shown, write_recording
+from realsense_peer import Shown, need_library, write_recording
 from served_images import served
 
 from servoid.capture import Capture, open_capture
@@ -162,10 +161,7 @@ def grey_folder(folder: Path, focal_px: float, baseline_m: float) -> Capture:
 def test_a_realsense_recording_and_a_folder_give_the_same_trajectory_to_the_bit(
     tmp_path: Path,
 ) -> None:
-    try:
-        import_module("pyrealsense2")
-    except ImportError as reason:
-        pytest.skip(f"pyrealsense2, or libusb of the system, is not there: {reason}")
+    need_library()
     focal_px, baseline_m = float(np.float32(579.411255)), float(np.float32(0.1))
     capture = grey_folder(tmp_path / "grey", focal_px, baseline_m)
     folder = from_folder(capture)

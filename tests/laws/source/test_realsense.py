@@ -3,13 +3,20 @@
 import sys
 import time
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from realsense_peer import BASELINE_M, FOCAL_PX, SERIAL, Shown, SoftwareCamera, write_recording
+from realsense_peer import (
+    BASELINE_M,
+    FOCAL_PX,
+    SERIAL,
+    Shown,
+    SoftwareCamera,
+    need_library,
+    write_recording,
+)
 
 from servoid.errors import CaptureError, MissingExtraError
 from servoid.opening import parse_source
@@ -27,10 +34,7 @@ PATIENCE_S = 20.0
 
 @pytest.fixture(autouse=True)
 def _library() -> None:
-    try:
-        import_module("pyrealsense2")
-    except ImportError as reason:
-        pytest.skip(f"pyrealsense2, or libusb of the system, is not there: {reason}")
+    need_library()
 
 
 def textured(count: int, seed: int, kind: type = np.uint8) -> NDArray:

@@ -161,8 +161,7 @@ impl Tracker {
         self.target.reference.support = hypothesis.quality.support;
         self.target.reference.recognised = hypothesis.quality.recognised;
         self.target.reference.textured = hypothesis.quality.textured;
-        self.target.reference.printed_share =
-            hypothesis.quality.printed / hypothesis.quality.recognised.max(1.0);
+        self.target.reference.printed_share = hypothesis.quality.printed_share();
         self.target.reference.share = hypothesis.quality.share;
         hypothesis
     }

@@ -67,11 +67,13 @@ pub(crate) fn add_lines(
             replaced = offset.is_some();
         }
         let weight = known * LINE_SHARE / (found.variance_px + SHAPE_PX);
-        sum.normal.outline.0 += by_motion * by_motion.transpose() * weight;
-        sum.normal.outline.1 += by_motion * (weight * found.mean_px);
+        let information = by_motion * by_motion.transpose() * weight;
+        let pull = by_motion * (weight * found.mean_px);
+        sum.normal.outline.0 += information;
+        sum.normal.outline.1 += pull;
         if replaced {
-            sum.normal.replaced.0 += by_motion * by_motion.transpose() * weight;
-            sum.normal.replaced.1 += by_motion * (weight * found.mean_px);
+            sum.normal.replaced.0 += information;
+            sum.normal.replaced.1 += pull;
         }
     }
 }

@@ -252,8 +252,12 @@ fn linearize(
         let normal = &mut sum.normal;
         let toward = toward(inputs, &pose);
         normal.whole = inputs.bias.freed(&toward, normal.outline);
-        let left = (normal.outline.0 - normal.replaced.0, normal.outline.1 - normal.replaced.1);
-        normal.freed = inputs.bias.freed(&toward, left);
+        normal.freed = if normal.replaced.0 == Matrix6::zeros() {
+            normal.whole
+        } else {
+            let (all, replaced) = (normal.outline, normal.replaced);
+            inputs.bias.freed(&toward, (all.0 - replaced.0, all.1 - replaced.1))
+        };
         normal.curvature += normal.freed.0;
         normal.slope += normal.freed.1;
         normal.edges = inputs.offsets.measured(&mut workspace.edges);

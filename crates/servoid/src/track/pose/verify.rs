@@ -24,6 +24,13 @@ pub(crate) struct Quality {
     pub(crate) outline: f64,
 }
 
+impl Quality {
+    /// Returns the share of the recognised surface points that are printed.
+    pub(crate) fn printed_share(&self) -> f64 {
+        self.printed / self.recognised.max(1.0)
+    }
+}
+
 /// Correlations from which on a point counts as seen at all, and as fully seen.
 const SEEN: (f64, f64) = (0.4, 0.8);
 /// Surface points that weigh as much as an outline whose colours separate the object well.

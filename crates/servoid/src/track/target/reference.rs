@@ -55,9 +55,8 @@ impl Reference {
         self.recognised += RATE * (quality.recognised - self.recognised);
         let rate = if self.textured > 0.0 { RATE } else { 1.0 };
         self.textured += rate * (quality.textured - self.textured);
-        let share = quality.printed / quality.recognised.max(1.0);
         let rate = if self.printed_share > 0.0 { RATE } else { 1.0 };
-        self.printed_share += rate * (share - self.printed_share);
+        self.printed_share += rate * (quality.printed_share() - self.printed_share);
         self.support += RATE * (quality.support - self.support);
     }
 }

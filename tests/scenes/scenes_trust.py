@@ -79,3 +79,22 @@ def _course_scenes(names: Sequence[str]) -> dict[tuple[str, str], Scene]:
 
 
 TRUSTED = _course_scenes(list(COURSES))
+
+
+def off_figures(found: Verdicts) -> Figures:
+    """Say how far nine tenths of the poses are off at most, whatever their status."""
+    return {
+        "off": 1000.0 * float(np.quantile(found.add, 0.9)),
+        "turned": float(np.degrees(np.quantile(found.turn, 0.9))),
+        "followed": 100.0 * float(np.mean(~found.lost)),
+    }
+
+
+def loses_the_turn(figures: Figures) -> bool:
+    """Say whether the turn was lost, as where a mug hides its handle."""
+    return figures["turned"] > 45.0
+
+
+@scene("plain objects that sway", {"off": "mm", "turned": "deg"}, {"followed": "%"}, loses_the_turn)
+def plain_sway(seed: int, _folder: Path) -> Figures:
+    return off_figures(followed("plain", KNOWN, seed))

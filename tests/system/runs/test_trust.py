@@ -11,7 +11,16 @@ import pytest
 import trust_scenes
 from drawn import Drawn, digest
 from scene_table import table
-from scenes_trust import KNOWN, LOOKED_AT, TRUSTED, followed, trust_figures, trusts_twice
+from scenes_trust import (
+    KNOWN,
+    LOOKED_AT,
+    TRUSTED,
+    followed,
+    off_figures,
+    plain_sway,
+    trust_figures,
+    trusts_twice,
+)
 from tiers import tiered
 from trust_scenes import COURSES, write_course
 from trust_verdicts import stretches, verdicts
@@ -63,6 +72,12 @@ def test_nothing_wrong_is_trusted_twice_in_a_row(
         pytest.xfail(f"{one.name}, seed {seed}: wrong and trusted in images {places}")
     assert found.longest_wrong <= 1
     assert one.beyond(figures) == []
+
+
+@pytest.mark.parametrize("seed", tiered(range(4), 2))
+def test_a_plain_object_sways_as_its_outline_tells_not_its_shading(seed: int, course: Draw) -> None:
+    found = followed("plain", KNOWN, seed, course("plain", seed))
+    assert plain_sway.beyond(off_figures(found)) == []
 
 
 def track_of(

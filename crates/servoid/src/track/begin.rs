@@ -69,7 +69,7 @@ impl Tracker {
         let hypothesis = self.get_used_to(observation, &world_from_object);
         // The pose is given, so the residual of the outline at it is its bias.
         self.target.bias.update_at(&hypothesis.toward, hypothesis.normal.outline);
-        if self.is_patterned(&hypothesis.quality) {
+        if self.is_patterned(&hypothesis.quality) || self.is_plain() {
             self.target.offsets.learn_at(&self.workspace.edges);
         }
         self.keep_keyframe(observation, &hypothesis);
@@ -160,8 +160,7 @@ impl Tracker {
         let hypothesis = self.weigh(observation, pose, None);
         self.target.reference.support = hypothesis.quality.support;
         self.target.reference.recognised = hypothesis.quality.recognised;
-        self.target.reference.textured = hypothesis.quality.textured;
-        self.target.reference.printed_share = hypothesis.quality.printed_share();
+        self.target.reference.begin(&hypothesis.quality);
         self.target.reference.share = hypothesis.quality.share;
         hypothesis
     }

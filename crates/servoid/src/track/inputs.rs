@@ -11,6 +11,7 @@ use super::target::ranges::Ranges;
 use super::target::reference::Reference;
 use super::target::relief::Relief;
 use super::target::solid::Solid;
+use super::trust::is_plain;
 use crate::camera::{DepthView, ImageView, Observation};
 use crate::pose::Pose;
 
@@ -28,6 +29,8 @@ pub(super) struct Inputs<'a> {
     pub(super) reference: &'a Reference,
     pub(super) bias: &'a Bias,
     pub(super) offsets: &'a ContourOffsets,
+    /// Whether surface points measure the pose.
+    pub(super) points_measure: bool,
     /// Whether the object moves so fast that its image may be blurred.
     pub(super) is_blurred: bool,
     pub(super) relief: &'a Relief,
@@ -52,6 +55,7 @@ impl<'a> Inputs<'a> {
             reference: &target.reference,
             bias: &target.bias,
             offsets: &target.offsets,
+            points_measure: !(settings.region && is_plain(&target.reference, frame.cameras.len())),
             is_blurred: frame.is_blurred,
             relief: &target.relief,
         }

@@ -310,7 +310,7 @@ fn add_point(
     (shows, eye): (f64, Option<Vector3<f64>>),
 ) -> Option<Distance> {
     let weight = shows * ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
-    if weight == 0.0 {
+    if weight == 0.0 || !inputs.points_measure {
         return None;
     }
     let feature = &inputs.points.features[view.point];

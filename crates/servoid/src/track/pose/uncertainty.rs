@@ -12,7 +12,7 @@ pub(crate) struct Uncertainty {
 }
 
 /// Standard deviation, in radii and radians, from which on a motion counts as unobservable.
-const OPEN: f64 = 0.06;
+const OPEN: f64 = 0.25;
 
 /// Inverts a covariance or an information matrix, with the same bits in any unit of length.
 pub(crate) fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {

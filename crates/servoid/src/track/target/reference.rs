@@ -15,8 +15,11 @@ pub(crate) struct Reference {
     pub(crate) recognised: f64,
     /// Those of them with the contrast of a pattern; not saved, so learned anew.
     pub(crate) textured: f64,
-    /// Share of them that have it now or mostly had it; not saved, either.
-    pub(crate) printed_share: f64,
+    /// Share of them that have it now or mostly had it, once it was measured; not saved, either.
+    pub(crate) printed_share: Option<f64>,
+    /// The largest of each of the two so far, since an object may have a label on one side only.
+    pub(crate) most_textured: f64,
+    pub(crate) most_printed: f64,
     /// Pixels inside the outlines, times the squared distance.
     pub(crate) area: f64,
     /// Distance from the first camera, in metres.
@@ -46,6 +49,18 @@ impl Reference {
         Self { ratio, outline, share, support, recognised, area, distance, ..Self::default() }
     }
 
+    /// Measures what is printed by the first image.
+    pub(crate) fn begin(&mut self, quality: &Quality) {
+        self.textured = quality.textured;
+        self.printed_share = Some(quality.printed_share());
+        self.note_most();
+    }
+
+    fn note_most(&mut self) {
+        self.most_textured = self.most_textured.max(self.textured);
+        self.most_printed = self.most_printed.max(self.printed_share.unwrap_or(0.0));
+    }
+
     /// Updates it by the quality of an image in which the pose was trusted.
     pub(crate) fn follow(&mut self, quality: &Quality, distance: f64) {
         self.distance += RATE * (distance - self.distance);
@@ -55,8 +70,10 @@ impl Reference {
         self.recognised += RATE * (quality.recognised - self.recognised);
         let rate = if self.textured > 0.0 { RATE } else { 1.0 };
         self.textured += rate * (quality.textured - self.textured);
-        let rate = if self.printed_share > 0.0 { RATE } else { 1.0 };
-        self.printed_share += rate * (quality.printed_share() - self.printed_share);
+        let share = quality.printed_share();
+        let before = self.printed_share.unwrap_or(share);
+        self.printed_share = Some(before + RATE * (share - before));
+        self.note_most();
         self.support += RATE * (quality.support - self.support);
     }
 }

@@ -9,6 +9,7 @@ use super::pose::hypothesis::Hypothesis;
 use super::pose::verify::Quality;
 use super::settings::TrackSettings;
 use super::target::Target;
+use super::target::reference::Reference;
 use super::tracker::Tracker;
 use super::update::Updates;
 use crate::pose::Pose;
@@ -76,7 +77,20 @@ pub(super) fn is_turn_reliable(evidence: &Evidence, printed: f64) -> bool {
     shows && evidence.drifts_little(ADRIFT) && evidence.probability() >= LIKELY
 }
 
+/// Returns whether an object showed so little of a pattern, in so many cameras, that its surface
+/// points are shading and highlights: these slide along the surface while it turns, all together,
+/// and would take its pose along.
+pub(super) fn is_plain(reference: &Reference, cameras: usize) -> bool {
+    let Reference { printed_share, most_printed, most_textured, .. } = *reference;
+    printed_share.is_some() && most_printed < MOSTLY && most_textured < RICH * cameras as f64
+}
+
 impl Tracker {
+    /// Returns whether the surface points of the object do not measure its pose.
+    pub(super) fn is_plain(&self) -> bool {
+        self.settings.region && is_plain(&self.target.reference, self.frame.cameras.len())
+    }
+
     /// Returns the share of what should be visible from which on a pose is accepted.
     pub(super) fn least_share(&self) -> f64 {
         let TrackSettings { trusted, held, .. } = self.settings;
@@ -184,7 +198,7 @@ impl Tracker {
     /// boundary is.
     pub(super) fn is_patterned(&self, quality: &Quality) -> bool {
         let is_guessed = self.target.points.are_guessed(&self.workspace.matches);
-        let is_printed = self.target.reference.printed_share >= MOSTLY;
+        let is_printed = self.target.reference.printed_share.is_some_and(|part| part >= MOSTLY);
         !is_guessed && is_printed && self.printed(quality) >= SOME
     }
 
@@ -202,7 +216,6 @@ mod tests {
     use super::*;
     use crate::camera::Camera;
     use crate::shape::{Body, Ellipsoid};
-    use crate::track::target::reference::Reference;
 
     /// Makes a tracker that has seen an object with some surface points.
     fn tracker(status: Status, recognised: f64) -> Tracker {
@@ -292,6 +305,31 @@ mod tests {
         let printed = Quality { textured: 5.0, ..quality(1.0, 60.0) };
         assert!(reliable(&pale, &printed, 1e-3));
         assert!(!reliable(&pale, &Quality { printed: 17.0, ..printed }, 1e-3));
+    }
+
+    #[test]
+    fn an_object_is_plain_only_once_little_of_it_proved_to_be_printed() {
+        for cameras in 1..4 {
+            let is_plain = |reference: &Reference| is_plain(reference, cameras);
+            let seen = |share: f64, textured: f64| {
+                let (few, many) = (textured * cameras as f64, 100.0);
+                let quality = quality(1.0, many);
+                Quality { textured: few, printed: share * many, ..quality }
+            };
+            let begun = |share: f64, textured: f64| {
+                let mut reference = Reference::default();
+                reference.begin(&seen(share, textured));
+                reference
+            };
+            assert!(!is_plain(&Reference::default()), "one never seen");
+            assert!(is_plain(&begun(0.0, 0.0)) && is_plain(&begun(0.5, 0.9 * RICH)));
+            assert!(!is_plain(&begun(MOSTLY, 0.2 * RICH)), "one far away, with print");
+            let mut labelled = begun(0.5, 1.1 * RICH);
+            for _ in 0..500 {
+                assert!(!is_plain(&labelled), "one that turned its label away");
+                labelled.follow(&seen(0.1, 2.0), 0.5);
+            }
+        }
     }
 
     #[test]

@@ -55,7 +55,7 @@ impl<'a> Inputs<'a> {
             reference: &target.reference,
             bias: &target.bias,
             offsets: &target.offsets,
-            points_measure: !(settings.region && is_plain(&target.reference, frame.cameras.len())),
+            points_measure: !is_plain(settings, &target.reference, frame.cameras.len()),
             is_blurred: frame.is_blurred,
             relief: &target.relief,
         }

@@ -121,9 +121,10 @@ impl Tracker {
         known < LEAST_KNOWN && seen.count() > known
     }
 
-    /// Starts an adjustment of all keyframes, to be applied some observations later.
+    /// Starts an adjustment of all keyframes, to be applied some observations later; the points of
+    /// a plain object are no landmarks.
     fn begin_adjusting(&mut self, delay: usize) {
-        let enough = self.target.keyframes.all.len() >= LEAST_KEYFRAMES;
+        let enough = self.target.keyframes.all.len() >= LEAST_KEYFRAMES && !self.is_plain();
         if !self.settings.adjust || !enough || self.pending.is_some() {
             return;
         }

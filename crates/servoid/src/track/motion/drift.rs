@@ -56,11 +56,12 @@ impl Tracker {
     }
 
     /// Where sides are seen that are known better than those followed, turns back what was learned
-    /// since, and the motion; `before` is the drift of the orientation before, as a variance.
+    /// since, and the motion, unless shading shows them; `before` is the drift of the orientation
+    /// before, as a variance.
     pub(crate) fn close_loop(&mut self, expected: &Pose, hypothesis: &Hypothesis, before: f64) {
         let (least, left) = CLOSED;
         let after = self.target.points.drift;
-        if before < least * least || after > left * before {
+        if before < least * least || after > left * before || self.is_plain() {
             return;
         }
         let off = (expected.inverse() * hypothesis.pose).log();

@@ -79,16 +79,16 @@ pub(super) fn is_turn_reliable(evidence: &Evidence, printed: f64) -> bool {
 
 /// Returns whether an object showed so little of a pattern, in so many cameras, that its surface
 /// points are shading and highlights: these slide along the surface while it turns, all together,
-/// and would take its pose along.
-pub(super) fn is_plain(reference: &Reference, cameras: usize) -> bool {
+/// and would take its pose along. So they do not measure it, unless there is nothing else.
+pub(super) fn is_plain(settings: &TrackSettings, reference: &Reference, cameras: usize) -> bool {
     let Reference { printed_share, most_printed, most_textured, .. } = *reference;
-    printed_share.is_some() && most_printed < MOSTLY && most_textured < RICH * cameras as f64
+    let shows_little = most_printed < MOSTLY && most_textured < RICH * cameras as f64;
+    settings.region && printed_share.is_some() && shows_little
 }
 
 impl Tracker {
-    /// Returns whether the surface points of the object do not measure its pose.
     pub(super) fn is_plain(&self) -> bool {
-        self.settings.region && is_plain(&self.target.reference, self.frame.cameras.len())
+        is_plain(&self.settings, &self.target.reference, self.frame.cameras.len())
     }
 
     /// Returns the share of what should be visible from which on a pose is accepted.
@@ -310,7 +310,8 @@ mod tests {
     #[test]
     fn an_object_is_plain_only_once_little_of_it_proved_to_be_printed() {
         for cameras in 1..4 {
-            let is_plain = |reference: &Reference| is_plain(reference, cameras);
+            let settings = TrackSettings::default();
+            let is_plain = |reference: &Reference| is_plain(&settings, reference, cameras);
             let seen = |share: f64, textured: f64| {
                 let (few, many) = (textured * cameras as f64, 100.0);
                 let quality = quality(1.0, many);

@@ -1,6 +1,5 @@
 //! Adjusts keyframes and landmarks together, beside the tracker. The orientation drifts while an
-//! object shows new sides; later observations of them, ideally of a side known before, reveal by
-//! how much.
+//! object shows new sides; later observations, ideally of a side known before, reveal by how much.
 
 mod bundle;
 mod schur;
@@ -121,8 +120,7 @@ impl Tracker {
         known < LEAST_KNOWN && seen.count() > known
     }
 
-    /// Starts an adjustment of all keyframes, to be applied some observations later; the points of
-    /// a plain object are no landmarks.
+    /// Starts an adjustment of all keyframes, due later; a plain object has no landmarks for it.
     fn begin_adjusting(&mut self, delay: usize) {
         let enough = self.target.keyframes.all.len() >= LEAST_KEYFRAMES && !self.is_plain();
         if !self.settings.adjust || !enough || self.pending.is_some() {
@@ -306,15 +304,28 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::camera::Pyramid;
-    use crate::fitness::SurfacePoint;
     use crate::pose::Twist;
     use crate::shape::{Body, Ellipsoid};
+    use crate::track::Status;
+    use crate::track::target::feature::tests::feature;
+    use crate::track::trust::tests::tracker;
 
     fn stand(turned: f64) -> Stand {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
         let object_from_camera = world_from_object.inverse().rotation();
         Stand { world_from_object, object_from_camera, cameras: vec![None] }
+    }
+
+    #[test]
+    fn keyframes_are_adjusted_only_where_the_landmarks_are_no_shading() {
+        for share in [0.1, 1.0] {
+            let mut tracker = tracker(Status::Tracking, 0.0);
+            tracker.target = target();
+            tracker.target.reference.printed_share = Some(share);
+            tracker.target.reference.most_printed = share;
+            tracker.begin_adjusting(1);
+            assert_eq!(tracker.pending.is_some(), share == 1.0);
+        }
     }
 
     /// Makes an object that was seen from three sides, with a point learned from each.
@@ -328,16 +339,8 @@ mod tests {
             let none = (&target.points, &[][..]);
             let clear = (&[][..], &Default::default());
             target.keyframes.keep(stand, none, clear, (0.0, number == 0, false));
-            let position = Vector3::new(0.01 * number as f64, 0.02, -0.04);
-            let point = SurfacePoint {
-                position,
-                normal: -Vector3::z(),
-                steps: [Vector3::x() * 1e-3, Vector3::y() * 1e-3],
-                toward: -Vector3::z(),
-                templates: [None; Pyramid::LEVELS],
-                color: [0; 3],
-            };
-            let mut known = Feature::new(point, 1e-6);
+            let mut known = feature();
+            known.place_at(Vector3::new(0.01 * number as f64, 0.02, -0.04));
             known.set_origin((number, &pose), 0.0);
             target.points.add(&mut vec![known]);
         }
@@ -361,10 +364,9 @@ mod tests {
         let solution = solution(&target, [0.0, 0.002, 0.005].map(motion));
         target.correct(&solution, (&[0, 1, 2], &[]));
         for (number, known) in target.points.features.iter().enumerate() {
-            let seen = |target: &Target| {
-                let pose = target.keyframes.all[number].world_from_object;
-                pose.transform(&target.points.features[number].point.position)
-            };
+            let pose = |target: &Target| target.keyframes.all[number].world_from_object;
+            let place = |target: &Target| target.points.features[number].point.position;
+            let seen = |target: &Target| pose(target).transform(&place(target));
             assert!((seen(&target) - seen(&before)).norm() < 1e-12);
             assert!((known.point.position - known.origin.position).norm() > 0.0);
         }

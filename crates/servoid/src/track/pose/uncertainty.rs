@@ -34,3 +34,25 @@ pub(crate) fn uncertainty(normal: &Normal, radius: f64) -> Uncertainty {
     let unobservable = (0..6).filter(open).map(|i| eigen.eigenvectors.column(i).into()).collect();
     Uncertainty { covariance, unobservable }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::track::target::bias::Bias;
+
+    #[test]
+    fn a_rotation_that_only_an_outline_measures_is_uncertain_but_not_unobservable() {
+        for radius in [0.02, 0.05, 0.2] {
+            let mut normal = Normal::new(radius);
+            assert_eq!(uncertainty(&normal, radius).unobservable.len(), 6, "nothing is seen");
+            let sharp = Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0).map(|x| 1e6 / (x * x));
+            let sharp = (Matrix6::from_diagonal(&sharp), Vector6::zeros());
+            normal.curvature += Bias::unknown(radius).freed(&Vector3::z(), sharp).0;
+            let found = uncertainty(&normal, radius);
+            assert!(found.unobservable.is_empty());
+            assert!((3..6).all(|axis| found.covariance[(axis, axis)] > 0.1_f64.powi(2)));
+        }
+    }
+}

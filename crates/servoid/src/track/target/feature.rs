@@ -163,11 +163,12 @@ impl Origin {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::camera::Pyramid;
 
-    fn feature() -> Feature {
+    /// Makes a point in the middle of the object that a camera learned from the front.
+    pub(crate) fn feature() -> Feature {
         let point = SurfacePoint {
             position: Vector3::zeros(),
             normal: -Vector3::z(),

@@ -3,7 +3,7 @@
 pub(super) mod bias;
 pub(super) mod colors;
 pub(super) mod contour_offsets;
-mod feature;
+pub(super) mod feature;
 pub(super) mod keyframes;
 pub(super) mod points;
 pub(super) mod ranges;

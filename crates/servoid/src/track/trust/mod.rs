@@ -210,7 +210,7 @@ impl Tracker {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use nalgebra::Matrix6;
 
     use super::*;
@@ -218,7 +218,7 @@ mod tests {
     use crate::shape::{Body, Ellipsoid};
 
     /// Makes a tracker that has seen an object with some surface points.
-    fn tracker(status: Status, recognised: f64) -> Tracker {
+    pub(crate) fn tracker(status: Status, recognised: f64) -> Tracker {
         let camera = Camera::new([640, 480], [600.0; 2], [320.0, 240.0]).unwrap();
         let ball = Ellipsoid::new(0, [0.0; 3], [0.05; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
         let body = Body::new(Pose::identity(), vec![ball]).unwrap();

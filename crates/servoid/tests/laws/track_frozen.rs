@@ -89,6 +89,34 @@ fn images_that_freeze_before_what_moves_slowly_are_told_before_they_are_wrong() 
 }
 
 #[test]
+fn images_that_freeze_as_an_object_starts_are_told_before_they_are_wrong() {
+    const RATE_HZ: f64 = 30.0;
+    const STARTS_AT: usize = 20;
+    // Its acceleration grows, so that no velocity seen before tells how far it goes.
+    let place = |count: usize| {
+        let seconds = count.saturating_sub(STARTS_AT) as f64 / RATE_HZ;
+        moved(0.07 * RADIUS * seconds.powi(3), 0.0)
+    };
+    let stage = Stage::textured();
+    for frozen_from in [STARTS_AT + 15, STARTS_AT + 18] {
+        let first = stage.shot(0, &eyes(), Some(&place(0)));
+        let mut tracker = started(&stage, &first, place(0));
+        let mut last = first;
+        for count in 1..frozen_from + 60 {
+            if count <= frozen_from {
+                last = stage.shot(count, &eyes(), Some(&place(count)));
+            }
+            last.time_s = count as f64 / RATE_HZ;
+            let found = tracker.step(&last.observation()).unwrap();
+            let off = off(&found, &place(count));
+            let trusted = found.status == Status::Tracking;
+            assert!(trusted || count > frozen_from, "{frozen_from}, {count}: not followed");
+            assert!(!trusted || off < 0.02, "{frozen_from}, {count}: {off} m");
+        }
+    }
+}
+
+#[test]
 fn what_rests_is_believed_however_long_its_images_stay_the_same() {
     let rests: Vec<Pose> = (0..25).map(|_| start()).collect();
     let stops: Vec<Pose> = (0..40).map(|count| moved(RADIUS * slowed_down(count), 0.0)).collect();

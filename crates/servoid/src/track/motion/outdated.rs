@@ -37,6 +37,9 @@ const PLACES: usize = 48;
 const SURE: f64 = 2.0;
 /// Slowest motion that is distinguished from lasting errors, in radii per second.
 const SLOWEST: f64 = 0.04;
+/// Speed from which an object counts as moving when last seen, in radii per second: one that starts
+/// is still slow.
+const MOVING: f64 = 0.02;
 /// Largest rotation that is predicted, in radians: a larger one would come around again.
 const FARTHEST_TURN: f64 = 1.0;
 
@@ -65,7 +68,8 @@ impl Tracker {
 
     /// Returns whether all images are repeated although the object, by its motion, or the cameras
     /// must have moved since the images were new: then they do not show where it is now. A camera
-    /// that moves along with the predicted object is no evidence that the object is there.
+    /// that moves along with the predicted object is no evidence that the object is there. What
+    /// moves, however slowly, may be starting: after `FARTHEST_S` it can be anywhere.
     pub(crate) fn is_outdated(&self, observation: &Observation<'_>) -> bool {
         let Some(newest) = self.newest.as_ref().filter(|_| self.frame.is_stale()) else {
             return false;
@@ -94,7 +98,10 @@ impl Tracker {
         let parts = |(here, place): &(&Pose, Pose)| {
             before.apart(place) * away > MOVED * radius * first.apart(here)
         };
-        has_gone(&seen) || shown.any(|one| has_gone(&one.1) || parts(&one))
+        let is_long = observation.time_s - newest.time_s > FARTHEST_S;
+        (is_long && newest.way.was_moving(radius))
+            || has_gone(&seen)
+            || shown.any(|one| has_gone(&one.1) || parts(&one))
     }
 }
 
@@ -135,16 +142,35 @@ impl Way {
     /// newest poses. The filter's velocity decays while nothing new is seen; a single new image
     /// does not restore it, but shows how far the object moved meanwhile.
     fn soon(&self, seconds: f64) -> Option<Pose> {
-        let (last_s, last) = self.places.back().filter(|_| seconds > 0.0)?;
+        let (_, last) = self.places.back().filter(|_| seconds > 0.0)?;
+        let (across, turning) = self.velocity(SPAN_S[1])?;
+        let turn = (turning * seconds).cap_magnitude(FARTHEST_TURN);
+        let turn = UnitQuaternion::from_scaled_axis(turn);
+        Some(Pose::from_rotation(turn * last.rotation(), last.translation() + across * seconds))
+    }
+
+    /// Returns whether the object was moving when its images were last new, rather than coming to
+    /// rest.
+    fn was_moving(&self, radius: f64) -> bool {
+        let is_fast = |span_s: f64| {
+            let velocity = self.velocity(span_s);
+            velocity.is_some_and(|(across, turning)| {
+                across.norm() + turning.norm() * radius > MOVING * radius
+            })
+        };
+        SPAN_S.into_iter().all(is_fast)
+    }
+
+    /// Returns the linear and the angular velocity between the newest poses, over at most a span.
+    fn velocity(&self, span_s: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let (last_s, last) = self.places.back()?;
         let mut older = self.places.iter().rev().skip_while(|(at_s, _)| last_s - at_s < SPAN_S[0]);
         let nearest = older.clone().next().or(self.before.as_ref())?;
-        let spans = older.by_ref().take_while(|(at_s, _)| last_s - at_s <= SPAN_S[1]);
+        let spans = older.by_ref().take_while(|(at_s, _)| last_s - at_s <= span_s);
         let (first_s, first) = spans.last().unwrap_or(nearest);
-        let share = seconds / (last_s - first_s);
-        let turn = (last.rotation() * first.rotation().inverse()).scaled_axis() * share;
-        let turn = UnitQuaternion::from_scaled_axis(turn.cap_magnitude(FARTHEST_TURN));
-        let across = (last.translation() - first.translation()) * share;
-        Some(Pose::from_rotation(turn * last.rotation(), last.translation() + across))
+        let turn = (last.rotation() * first.rotation().inverse()).scaled_axis();
+        let across = last.translation() - first.translation();
+        Some((across / (last_s - first_s), turn / (last_s - first_s)))
     }
 
     /// Predicts the pose some seconds after the object was last seen, if it moved so steadily

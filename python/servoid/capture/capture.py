@@ -275,8 +275,8 @@ class CaptureView:
 
         """
         mask = self.mask() if mask is None else mask
-        told = self.given_mask is not None or self.recorded_mask is not None
-        with located(self.name if told else str(self.mask_path)):
+        is_in_memory = self.given_mask is not None or self.recorded_mask is not None
+        with located(self.name if is_in_memory else str(self.mask_path)):
             return View(camera=self.camera, world_from_camera=self.world_from_camera, mask=mask)
 
 

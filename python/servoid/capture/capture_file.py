@@ -82,17 +82,17 @@ class MountedLens:
     rig_from_camera: Pose
 
 
-Told = Callable[[Sequence[str], Sequence[tuple[int, int]]], Sequence[MountedLens]]
+CalibrationSupplier = Callable[[Sequence[str], Sequence[tuple[int, int]]], Sequence[MountedLens]]
 """Returns the calibration of cameras, given their names and image sizes (width, height)."""
 
 
 def read_capture_file(
-    path: Path, told: Told | None = None
+    path: Path, supplier: CalibrationSupplier | None = None
 ) -> tuple[CaptureFile, tuple[MountedLens, ...]]:
     """Read and check a capture.toml; return its content, and its cameras in order.
 
-    If the file calibrates none of its cameras, as for a recording before calibration, `told`
-    supplies the calibration. Otherwise `told` must be None.
+    If the file calibrates none of its cameras, as for a recording before calibration, `supplier`
+    supplies the calibration. Otherwise `supplier` must be None.
 
     Raises:
         CaptureError: the file is missing or malformed, or a key is unknown.
@@ -107,12 +107,12 @@ def read_capture_file(
                 f"{path}, camera '{entry.name}': depths needs depth_scale_m, one unit of the "
                 "files in metres; write depth_scale_m = 0.001 for millimetres, or 1.0 for metres"
             )
-    if told is None:
+    if supplier is None:
         return file, mounted_lenses(path, file.camera, text)
     if not file.is_uncalibrated:
         raise CaptureError(f"{path} has its own calibration; leave the given calibration out")
     names = [entry.name for entry in file.camera]
-    return file, tuple(told(names, [entry.size_px for entry in file.camera]))
+    return file, tuple(supplier(names, [entry.size_px for entry in file.camera]))
 
 
 def read_versioned(path: Path, struct: type[FileT], kind: str) -> tuple[FileT, str]:

@@ -8,10 +8,10 @@ from servoid.camera.picture import Picture
 from servoid.camera.video import VIDEO_SUFFIXES, count_video_images
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.capture.capture_file import (
+    CalibrationSupplier,
     CameraEntry,
     CaptureFile,
     MountedLens,
-    Told,
     read_capture_file,
     read_poses,
     read_versioned,
@@ -23,7 +23,7 @@ from servoid.words import counted
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 
 
-def open_capture(path: str | Path, *, told: Told | None = None) -> Capture:
+def open_capture(path: str | Path, *, told: CalibrationSupplier | None = None) -> Capture:
     """Open a capture: a folder with a `capture.toml`, or that file itself.
 
     Images are listed, not read; each is checked when a view reads it. A video is decoded once, to

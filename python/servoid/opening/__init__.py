@@ -4,7 +4,7 @@ from servoid.opening.calibration_doubt import doubt_calibration
 from servoid.opening.filmed import Filmed, open_filmed
 from servoid.opening.known import Known, Rig, any_cameras
 from servoid.opening.live import OpenedLive, open_live
-from servoid.opening.recorded import Opened, count_untold, open_recorded
+from servoid.opening.recorded import Opened, count_uncalibrated_cameras, open_recorded
 from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
     "Rig",
     "SourceWord",
     "any_cameras",
-    "count_untold",
+    "count_uncalibrated_cameras",
     "doubt_calibration",
     "open_filmed",
     "open_live",

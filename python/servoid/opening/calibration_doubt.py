@@ -77,7 +77,7 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
     pairs = list(_pairs(capture, is_assumed=is_assumed))
     if sum(len(pair.first_px) for pair in pairs) < _LEAST:
         return None
-    told_px = float(np.mean(pairs[0].lenses[0].focal_px))
+    given_px = float(np.mean(pairs[0].lenses[0].focal_px))
     unit_px = float(np.hypot(*pairs[0].lenses[0].size_px)) / 1000.0
     share, off_px, best_px = _best(pairs)
     # An object on a turntable before a static room fits no focal length.
@@ -89,8 +89,8 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
         deviation = float(np.sqrt((_PARTS - 1) * np.mean((others - share) ** 2)))
         if abs(share - 1.0) > _SURE * deviation:
             return (
-                f"the images fit a focal length of about {share * told_px:.0f} px better than "
-                f"{told_px:.0f} px: features are {digits(round(best_px, 2))} px from where the "
+                f"the images fit a focal length of about {share * given_px:.0f} px better than "
+                f"{given_px:.0f} px: features are {digits(round(best_px, 2))} px from where the "
                 f"other image predicts them, instead of {digits(round(off_px, 2))}; calibrate again"
             )
     if len(capture.cameras) > 1 and min(off_px, best_px) > _OFF_PX * unit_px:

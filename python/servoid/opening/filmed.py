@@ -10,7 +10,7 @@ from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
 from servoid.exchange.opening import is_capture
 from servoid.opening.known import Known, any_cameras
-from servoid.opening.recorded import count_untold, open_recorded
+from servoid.opening.recorded import count_uncalibrated_cameras, open_recorded
 from servoid.opening.word import Kind, SourceWord
 from servoid.scan import Footage, Partner, Recorded, holds_photographs, open_footage
 
@@ -47,24 +47,24 @@ def open_filmed(
     """
     known = known or Known()
     if word.kind in (Kind.VIDEO, Kind.IMAGES) and not word.halves:
-        lens = open_recorded(word, known).capture.cameras[0].lens if known.tells_lens else None
+        lens = open_recorded(word, known).capture.cameras[0].lens if known.supplies_lens else None
         return Filmed(open_footage(word.place if word.kind is Kind.VIDEO else word.text), lens=lens)
     if word.kind is Kind.CAPTURE and (holds_photographs(word.place) or not is_capture(word.place)):
         known.refuse(word.text)
         return Filmed(open_footage(word.place))
-    if not word.is_live and count_untold(word, topics):
-        return _of_untold(word, known, topics)
+    if not word.is_live and count_uncalibrated_cameras(word, topics):
+        return _of_uncalibrated(word, known, topics)
     opened = open_recorded(word, known, topics=topics, rests=True)  # refuses live sources
     return _of_rig(word, opened.capture)
 
 
-def _of_untold(word: SourceWord, known: Known, topics: Sequence[str]) -> Filmed:
+def _of_uncalibrated(word: SourceWord, known: Known, topics: Sequence[str]) -> Filmed:
     """Open cameras without a calibration of their own; the user may have given one."""
     if known.calibration is not None:
         return _of_rig(word, open_recorded(word, known, topics=topics, rests=True).capture)
     opened = open_recorded(word, any_cameras(known), topics=topics, rests=True)
     made = _of_rig(word, opened.capture)
-    lens = made.lens if known.tells_lens else None
+    lens = made.lens if known.supplies_lens else None
     if opened.is_made_up:
         note = (
             "the second camera is not used, as its distance from the first is unknown; give "
@@ -76,7 +76,7 @@ def _of_untold(word: SourceWord, known: Known, topics: Sequence[str]) -> Filmed:
 
 def _of_rig(word: SourceWord, capture: Capture) -> Filmed:
     """Take the first camera of a rig, and the second one if there is one."""
-    cameras, told = list(capture.cameras), capture.notes
+    cameras, notes = list(capture.cameras), capture.notes
     if cameras[0].lens.model == _FISHEYE:
         raise CaptureError(
             f"{word}: camera '{cameras[0].name}' has a fisheye, which a scan cannot estimate; "
@@ -84,16 +84,16 @@ def _of_rig(word: SourceWord, capture: Capture) -> Filmed:
         )
     if len(cameras) > 2:
         others = ", ".join(camera.name for camera in cameras[2:])
-        told = (*told, f"camera {cameras[0].name} is scanned; {others} are not used")
+        notes = (*notes, f"camera {cameras[0].name} is scanned; {others} are not used")
     first = _footage(word, cameras[0])
     if len(cameras) == 1:
-        return Filmed(first, lens=cameras[0].lens, notes=told)
+        return Filmed(first, lens=cameras[0].lens, notes=notes)
     apart = cameras[0].rig_from_camera.inverse() @ cameras[1].rig_from_camera
     metres = float(np.linalg.norm(apart.translation))
     if not metres > 0.0 or not capture.metric:
-        return Filmed(first, lens=cameras[0].lens, notes=told)
+        return Filmed(first, lens=cameras[0].lens, notes=notes)
     partner = Partner(_footage(word, cameras[1]), metres)
-    return Filmed(first, partner, cameras[0].lens, told)
+    return Filmed(first, partner, cameras[0].lens, notes)
 
 
 def _footage(word: SourceWord, camera: CaptureCamera) -> Recorded:

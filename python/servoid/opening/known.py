@@ -102,20 +102,20 @@ class Known:
                 raise CaptureError(f"{source} has its own calibration; leave {option} out")
 
     @property
-    def is_told(self) -> bool:
+    def supplies_calibration(self) -> bool:
         """Return whether any calibration is supplied, not only a rate."""
         return self.is_any or any(option != _RATE for option in self.given())
 
     @property
-    def tells_lens(self) -> bool:
+    def supplies_lens(self) -> bool:
         """Return whether a camera's lens is supplied, not only its pose or a rate."""
         return self.fov_deg is not None or self.calibration is not None
 
     def given(self) -> list[str]:
         """List the options that were given."""
-        told = {"--fov": self.fov_deg, "--baseline": self.baseline_m}
-        told |= {"--calibration": self.calibration, _RATE: self.rate_hz}
-        return [option for option, value in told.items() if value is not None]
+        values = {"--fov": self.fov_deg, "--baseline": self.baseline_m}
+        values |= {"--calibration": self.calibration, _RATE: self.rate_hz}
+        return [option for option, value in values.items() if value is not None]
 
     def rig(
         self,

@@ -20,7 +20,7 @@ from servoid.capture.capture_file import MountedLens
 from servoid.config.limits import IMAGE_FILE
 from servoid.config.reading import read_bytes
 from servoid.errors import CaptureError, ImageError
-from servoid.exchange.bags import ToldCamera, open_bag, why_untold
+from servoid.exchange.bags import SuppliedCamera, open_bag, why_uncalibrated
 from servoid.exchange.opening import holds_capture_file, open_any
 from servoid.opening.known import Known, Rig, remedies
 from servoid.opening.word import Kind, SourceWord
@@ -88,9 +88,13 @@ def open_recorded(
     if word.kind in (Kind.CAPTURE, Kind.BAG):
         if word.kind is Kind.BAG and bop_object is None and images is None:
             opened = _open_bag(word, known, topics, world=world, rests=rests)
-        elif word.kind is Kind.CAPTURE and known.is_told and count_untold(word):
-            told = _UserCalibration(word, known)
-            opened = told.opened(open_capture(word.place, told=told.mounted))
+        elif (
+            word.kind is Kind.CAPTURE
+            and known.supplies_calibration
+            and count_uncalibrated_cameras(word)
+        ):
+            calibration = _UserCalibration(word, known)
+            opened = calibration.opened(open_capture(word.place, told=calibration.mounted))
         else:
             known.refuse(word.text)
             capture = open_any(
@@ -112,7 +116,7 @@ def open_recorded(
     return _open_images(word, known) if word.kind is Kind.IMAGES else _open_videos(word, known)
 
 
-def count_untold(word: SourceWord, topics: Sequence[str] = ()) -> int:
+def count_uncalibrated_cameras(word: SourceWord, topics: Sequence[str] = ()) -> int:
     """Count the cameras of a recorded source that has no calibration; 0 if it has one.
 
     `topics` are the topics that are chosen in a bag.
@@ -123,7 +127,7 @@ def count_untold(word: SourceWord, topics: Sequence[str] = ()) -> int:
 
     """
     if word.kind is Kind.BAG:
-        return len(why_untold(word.place, topics))
+        return len(why_uncalibrated(word.place, topics))
     if word.kind is Kind.VIDEOS or word.halves:
         return 2
     if word.kind in (Kind.VIDEO, Kind.IMAGES):
@@ -136,15 +140,17 @@ def count_untold(word: SourceWord, topics: Sequence[str] = ()) -> int:
 def _open_bag(
     word: SourceWord, known: Known, topics: Sequence[str], *, world: str | None, rests: bool
 ) -> Opened:
-    why = why_untold(word.place, topics)
+    why = why_uncalibrated(word.place, topics)
     if not why:
         known.refuse(word.text)
         return Opened(open_bag(word.place, topics, world=world, rests=rests))
-    if not known.is_told:
+    if not known.supplies_calibration:
         reason = next(filter(None, why))
         raise CaptureError(f"{reason}; {remedies(len(why))}; --topic chooses other cameras")
-    told = _UserCalibration(word, known)
-    return told.opened(open_bag(word.place, topics, world=world, told=told, rests=rests))
+    calibration = _UserCalibration(word, known)
+    return calibration.opened(
+        open_bag(word.place, topics, world=world, told=calibration, rests=rests)
+    )
 
 
 class _UserCalibration:
@@ -156,7 +162,7 @@ class _UserCalibration:
 
     def __call__(
         self, names: Sequence[str], sizes_px: Sequence[tuple[int, int]], /, *, is_placed: bool
-    ) -> list[ToldCamera]:
+    ) -> list[SuppliedCamera]:
         """Return the calibration of a bag's cameras."""
         known = self._known
         is_seated = is_placed or known.is_any or known.calibration is not None
@@ -168,7 +174,7 @@ class _UserCalibration:
             )
         rig = self._rig = known.rig(self._word.text, names, sizes_px, is_placed=is_placed)
         return [
-            ToldCamera(one.lens, one.rig_from_camera if rig.is_seated else None)
+            SuppliedCamera(one.lens, one.rig_from_camera if rig.is_seated else None)
             for one in rig.cameras
         ]
 

@@ -28,7 +28,7 @@ class Request:
     box is used as it is. With `turntable`, features that do not move in the image are left out, for
     an object that turns before a stationary camera.
 
-    `told_lens` is the calibration from the user or a file, which is compared with the estimate.
+    `given_lens` is the calibration from the user or a file, which is compared with the estimate.
     `notes` are passed on to the result. `threads` detect and match features (default: all cores);
     poses are estimated on one, so that the same images give the same bits.
     """
@@ -41,7 +41,7 @@ class Request:
     masks: Path | None = None
     inside: Path | Target | None = None
     turntable: bool = False
-    told_lens: Lens | None = None
+    given_lens: Lens | None = None
     notes: tuple[str, ...] = ()
     threads: int | None = None
     progress: Progress | None = None

@@ -43,7 +43,7 @@ class Scan:
     scale: Scale | None
     times: dict[str, float]
     notes: tuple[str, ...] = ()
-    told_lens: Lens | None = None
+    given_lens: Lens | None = None
 
     @property
     def seconds(self) -> float:
@@ -103,18 +103,18 @@ class Scan:
 
     def _focal_contradiction(self) -> Iterator[str]:
         """Report if the given focal length contradicts the images."""
-        if self.told_lens is None:
+        if self.given_lens is None:
             return
         solution = self.solution
-        told_px = float(np.mean(self.told_lens.focal_px))
+        given_px = float(np.mean(self.given_lens.focal_px))
         if solution.parallax_rad < _LITTLE_PARALLAX_RAD:
             return  # then the images hardly determine it
         sure_px = max(_SURE * solution.focal_std_px, _CLOSE_FOCAL * solution.focal_px)
-        if abs(told_px - solution.focal_px) > sure_px:
+        if abs(given_px - solution.focal_px) > sure_px:
             fov_deg = 2.0 * math.atan(0.5 * solution.lens.size_px[0] / solution.focal_px)
             yield (
                 f"the images fit a focal length of about {solution.focal_px:.0f} px better than "
-                f"the given {told_px:.0f} px: {math.degrees(fov_deg):.1f} degrees from "
+                f"the given {given_px:.0f} px: {math.degrees(fov_deg):.1f} degrees from "
                 "left to right; the scan uses its own estimate"
             )
 

@@ -101,7 +101,7 @@ class _Work:
             scale=scale,
             times=self.times,
             notes=(*self.request.notes, *staged.notes),
-            told_lens=self.request.told_lens,
+            given_lens=self.request.given_lens,
         )
         write_capture(draft, made, staged, self.page)
         return made

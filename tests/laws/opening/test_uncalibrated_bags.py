@@ -19,7 +19,13 @@ from scenes_bags import (
 
 from servoid.errors import CaptureError
 from servoid.exchange import open_bag
-from servoid.opening import Known, count_untold, open_filmed, open_recorded, parse_source
+from servoid.opening import (
+    Known,
+    count_uncalibrated_cameras,
+    open_filmed,
+    open_recorded,
+    parse_source,
+)
 from servoid.pose import Pose
 from servoid.source.instants import poses_of
 
@@ -57,7 +63,7 @@ def test_an_angle_of_view_opens_a_bag_as_it_opens_a_video(tmp_path: Path, name: 
     word = parse_source(str(write_bag(tmp_path / name, at_rest())))
     opened = open_recorded(word, Known(fov_deg=90.0))
     (camera,) = opened.capture.cameras
-    assert count_untold(word) == 1
+    assert count_uncalibrated_cameras(word) == 1
     assert camera.lens.focal_px == pytest.approx((20.0, 20.0))
     assert camera.lens.center_px == (19.5, 14.5)
     assert opened.capture.times_s == tuple(stamp(index) / 10**9 for index in range(4))
@@ -98,7 +104,7 @@ def test_a_driver_that_publishes_zeros_tells_nothing(tmp_path: Path) -> None:
     assert opened.capture.cameras[0].lens.focal_px == pytest.approx((20.0, 20.0))
     late = info("/stereo/left/camera_info", stamp(3), "a", SIZE_PX, K)
     word = parse_source(str(write_bag(tmp_path / "late.mcap", [*entries, *zeros[:3], late])))
-    assert count_untold(word) == 0
+    assert count_uncalibrated_cameras(word) == 0
     assert open_recorded(word).capture.cameras[0].lens.focal_px == (50.0, 51.0)
 
 
@@ -154,8 +160,8 @@ def test_what_is_told_counts_for_all_cameras_and_unused_calibrations_are_said(
 ) -> None:
     entries = [one for one in stereo_entries(2) if one.topic != "/stereo/right/camera_info"]
     word = parse_source(str(write_bag(tmp_path / "run.mcap", entries)))
-    assert count_untold(word) == 0  # the calibrated one is guessed
-    assert count_untold(word, TOPICS) == 2
+    assert count_uncalibrated_cameras(word) == 0  # the calibrated one is guessed
+    assert count_uncalibrated_cameras(word, TOPICS) == 2
     opened = open_recorded(word, Known(fov_deg=90.0), topics=TOPICS)
     focal_px = [camera.lens.focal_px[0] for camera in opened.capture.cameras]
     assert focal_px == pytest.approx([20.0, 20.0])
@@ -176,18 +182,22 @@ def test_a_scan_needs_neither_a_calibration_nor_tf(tmp_path: Path) -> None:
     assert told.partner is not None and told.partner.metres == 0.2
 
 
-@pytest.mark.parametrize("is_told", [True, False])
-def test_of_tf_a_scan_takes_only_how_far_two_eyes_are_apart(tmp_path: Path, is_told: bool) -> None:
+@pytest.mark.parametrize("is_calibrated", [True, False])
+def test_of_tf_a_scan_takes_only_how_far_two_eyes_are_apart(
+    tmp_path: Path, is_calibrated: bool
+) -> None:
     early = [tf(stamp(-90 - i), [("world", "rig", (i, 0, 0), STILL)]) for i in range(2)]
     entries = [one for one in stereo_entries(3) if one.topic != "/tf"]
-    path = write_bag(tmp_path / "early.mcap", [*early, *(entries if is_told else bare(entries))])
+    path = write_bag(
+        tmp_path / "early.mcap", [*early, *(entries if is_calibrated else bare(entries))]
+    )
     word = parse_source(str(path))
     with pytest.raises(
         CaptureError, match="TF has the cameras' poses at none of the images' times"
     ):
-        open_recorded(word, Known() if is_told else Known(fov_deg=60.0))
+        open_recorded(word, Known() if is_calibrated else Known(fov_deg=60.0))
     filmed = open_filmed(word)
     assert len(filmed.footage.names) == 3
-    assert (filmed.lens is not None) == is_told
+    assert (filmed.lens is not None) == is_calibrated
     assert filmed.partner is not None and filmed.partner.metres == pytest.approx(BASELINE_M)
     assert not any("TF" in note for note in filmed.notes)

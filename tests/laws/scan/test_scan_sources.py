@@ -116,17 +116,17 @@ def test_what_cannot_be_a_footage_is_refused_with_what_would_do(tmp_path: Path) 
 
 
 @pytest.mark.extended
-@pytest.mark.parametrize("told_px", [FOCAL_PX, 1.08 * FOCAL_PX])
+@pytest.mark.parametrize("given_px", [FOCAL_PX, 1.08 * FOCAL_PX])
 def test_a_second_eye_gives_metres_and_a_wrong_focal_length_is_told(
-    tmp_path: Path, told_px: float
+    tmp_path: Path, given_px: float
 ) -> None:
     walk = around(10, 60.0)
     aside = np.eye(4)
     aside[0, 3] = BASELINE_M
     left = draw(Room(), walk)
     right = draw(Room(), [pose @ aside for pose in walk])
-    found = filmed(write_pair(tmp_path / "run", left, right, told_px))
-    request = Request(partner=found.partner, told_lens=found.lens, threads=1)
+    found = filmed(write_pair(tmp_path / "run", left, right, given_px))
+    request = Request(partner=found.partner, given_lens=found.lens, threads=1)
     made = scan(found.footage, tmp_path / "out", request)
     true = np.array([Pose(pose).translation for pose in walk])
     off_m, scale = off_after_similarity(made.solution.places, true)
@@ -135,6 +135,6 @@ def test_a_second_eye_gives_metres_and_a_wrong_focal_length_is_told(
     assert abs(scale - 1.0) < 0.005
     assert made.scale.deviation < 0.01
     wrong = [note for note in made.doubts if "images fit a focal length" in note]
-    assert bool(wrong) is (told_px != FOCAL_PX)
+    assert bool(wrong) is (given_px != FOCAL_PX)
     if wrong:
         assert "better than the given 324 px" in wrong[0]

@@ -13,7 +13,13 @@ import typer
 from servoid.capture import CaptureView
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import OutputError, TargetError
-from servoid.opening import Known, any_cameras, count_untold, open_recorded, parse_source
+from servoid.opening import (
+    Known,
+    any_cameras,
+    count_uncalibrated_cameras,
+    open_recorded,
+    parse_source,
+)
 from servoid.output import check_file, write_whole
 from servoid.pick import Choice, PickServer, Question
 from servoid.segment import Depth, seek_object
@@ -82,8 +88,8 @@ def _question(order: Order) -> Question:
     """Return the image to mark; everything that depends on the kind of source is here."""
     word = parse_source(order.source)
     # Any lens will do, because the page shows the image as it was recorded.
-    is_untold = not word.is_live and count_untold(word) > 0
-    known = any_cameras(Known()) if is_untold else Known()
+    is_uncalibrated = not word.is_live and count_uncalibrated_cameras(word) > 0
+    known = any_cameras(Known()) if is_uncalibrated else Known()
     view = _view(open_recorded(word, known).capture.all_views(), order)
     metres = view.recorded_depth()
     depth = None if metres is None else Depth(metres, view.lens.focal_px[0])

@@ -11,7 +11,7 @@ from servoid.cli.scan.scanning import ScanOrder, print_scan, scanned
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import ScanError
 from servoid.exchange import is_capture
-from servoid.opening import Known, count_untold, open_filmed, parse_source
+from servoid.opening import Known, count_uncalibrated_cameras, open_filmed, parse_source
 from servoid.opening.word import Kind
 from servoid.scan import CAMERA, Footage, is_footage
 from servoid.scan.footage import image_name
@@ -52,7 +52,7 @@ def needs_scan(source: str, known: Known, scale: Scale, topics: Sequence[str] = 
         CaptureError: there is no such source, or a bag is damaged.
 
     """
-    if not known.is_told and _is_silent(source, topics):
+    if not known.supplies_calibration and _is_silent(source, topics):
         return True
     for option in scale.given():
         raise OptionError(
@@ -67,7 +67,7 @@ def _is_silent(source: str, topics: Sequence[str]) -> bool:
         word = parse_source(source)
         return word.kind is not Kind.VIDEOS and not word.halves
     word = parse_source(source)
-    return word.kind is Kind.BAG and count_untold(word, topics) > 0
+    return word.kind is Kind.BAG and count_uncalibrated_cameras(word, topics) > 0
 
 
 def open_first(source: str, topics: Sequence[str]) -> Footage:

@@ -57,7 +57,7 @@ def scanned(order: ScanOrder) -> Scan:
         asked = replace(
             request,
             partner=filmed.partner,
-            told_lens=filmed.lens,
+            given_lens=filmed.lens,
             notes=filmed.notes,
             progress=update,
         )

@@ -18,7 +18,7 @@ from servoid.opening import (
     Known,
     SourceWord,
     any_cameras,
-    count_untold,
+    count_uncalibrated_cameras,
     open_recorded,
     parse_source,
 )
@@ -83,12 +83,12 @@ def _is_uncalibrated(order: Order, word: SourceWord) -> bool:
         OptionError: only the baseline is given, which would not be stored.
 
     """
-    if order.known.tells_lens:
+    if order.known.supplies_lens:
         return False
     if word.is_live:
         is_silent = word.kind in (Kind.CAMERA, Kind.STREAM, Kind.GENICAM)
     else:
-        is_silent = count_untold(word, order.topics) > 0
+        is_silent = count_uncalibrated_cameras(word, order.topics) > 0
     if is_silent and order.known.baseline_m is not None:
         raise OptionError(
             "--baseline alone is no calibration and would not be stored; add --fov, or leave it "

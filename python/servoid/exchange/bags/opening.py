@@ -10,7 +10,12 @@ import numpy as np
 from servoid.capture import Capture, CaptureCamera
 from servoid.config.limits import MOST_CAMERAS
 from servoid.errors import CaptureError
-from servoid.exchange.bags.geometry.calibration import Calibration, Info, Told, calibration_of
+from servoid.exchange.bags.geometry.calibration import (
+    Calibration,
+    CalibrationSupplier,
+    Info,
+    calibration_of,
+)
 from servoid.exchange.bags.geometry.pairing import APART_S, Moment, pair, pairing_notes
 from servoid.exchange.bags.geometry.placing import Seat, lost_note, place_cameras
 from servoid.exchange.bags.names import TIME_TOPIC, WORLD
@@ -30,7 +35,7 @@ def open_bag(
     *,
     world: str | None = None,
     apart_s: float = APART_S,
-    told: Told | None = None,
+    told: CalibrationSupplier | None = None,
     rests: bool = False,
 ) -> Capture:
     """Open a ROS 1 bag, a rosbag2 folder or an MCAP file as a capture, which is a recording.
@@ -40,9 +45,9 @@ def open_bag(
     frame of the poses, by default the top of the first camera's tree. Images of one observation
     were taken at most `apart_s` seconds apart.
 
-    `told` returns the calibration if the bag lacks that of any camera, as `why_untold` reports; it
-    then applies to all chosen cameras. If the rig `rests`, TF supplies the cameras' poses on it,
-    but not its motion.
+    `told` returns the calibration if the bag lacks that of any camera, as `why_uncalibrated`
+    reports; it then applies to all chosen cameras. If the rig `rests`, TF supplies the cameras'
+    poses on it, but not its motion.
 
     The bag is read through once for its timestamps; images are read on request.
 
@@ -110,7 +115,7 @@ def open_bag(
     )
 
 
-def why_untold(path: str | Path, topics: Sequence[str] = ()) -> tuple[str, ...]:
+def why_uncalibrated(path: str | Path, topics: Sequence[str] = ()) -> tuple[str, ...]:
     """Return for each camera of a bag why its calibration is missing; empty if none is missing.
 
     If one is missing, the user's calibration applies to all cameras; those that have one get an
@@ -122,16 +127,16 @@ def why_untold(path: str | Path, topics: Sequence[str] = ()) -> tuple[str, ...]:
 
     """
     bag = open_files(Path(path))
-    why = tuple(_why_untold(bag, image) for image in choose(bag, topics).images)
+    why = tuple(_why_uncalibrated(bag, image) for image in choose(bag, topics).images)
     return why if any(why) else ()
 
 
-def _why_untold(bag: Bag, image: ImageTopic) -> str:
+def _why_uncalibrated(bag: Bag, image: ImageTopic) -> str:
     topic = image.info_topic
     if topic is None:
         return _no_info(bag, image)
     for message in bag.messages([topic]):
-        if bag.decode(message, lambda told: Info.of(told, "").is_calibrated):
+        if bag.decode(message, lambda decoded: Info.of(decoded, "").is_calibrated):
             return ""
     return _no_focal(bag, topic)
 
@@ -201,7 +206,11 @@ def _seat(bag: Bag, image: ImageTopic, content: Content) -> Seat:
 
 
 def _user_seats(
-    bag: Bag, images: Sequence[ImageTopic], names: Sequence[str], content: Content, told: Told
+    bag: Bag,
+    images: Sequence[ImageTopic],
+    names: Sequence[str],
+    content: Content,
+    supplier: CalibrationSupplier,
 ) -> list[Seat]:
     """Combine topics with the calibration that the user supplies."""
     known = [image.info_topic for image in images if image.info_topic in content.infos]
@@ -210,9 +219,9 @@ def _user_seats(
     content.notes += [f"{topic} is not used, as another camera has none" for topic in known]
     frames = {image.frame for image in images}
     is_placed = len(frames) == len(images) and all(map(content.transforms.knows, frames))
-    cameras = told(names, [image.size_px for image in images], is_placed=is_placed)
+    cameras = supplier(names, [image.size_px for image in images], is_placed=is_placed)
     return [
-        Seat(image, Calibration.of_told(camera))
+        Seat(image, Calibration.supplied(camera))
         for image, camera in zip(images, cameras, strict=True)
     ]
 

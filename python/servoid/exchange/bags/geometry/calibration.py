@@ -37,25 +37,27 @@ class Calibration:
     rig_from_camera: Pose | None = None
 
     @classmethod
-    def of_told(cls, told: "ToldCamera") -> "Calibration":
+    def supplied(cls, camera: "SuppliedCamera") -> "Calibration":
         """Return the user's calibration of a camera for which the bag has none."""
-        return cls(told.lens, Pose.identity(), Pose.identity(), (0.0, 0.0), told.rig_from_camera)
+        return cls(
+            camera.lens, Pose.identity(), Pose.identity(), (0.0, 0.0), camera.rig_from_camera
+        )
 
 
 @dataclass(frozen=True)
-class ToldCamera:
+class SuppliedCamera:
     """The user's calibration of a camera: its lens, and its pose; None: the pose from TF."""
 
     lens: Lens
     rig_from_camera: Pose | None
 
 
-class Told(Protocol):
+class CalibrationSupplier(Protocol):
     """Supplies the calibration of cameras for which the bag has none."""
 
     def __call__(
         self, names: Sequence[str], sizes_px: Sequence[tuple[int, int]], /, *, is_placed: bool
-    ) -> Sequence[ToldCamera]:
+    ) -> Sequence[SuppliedCamera]:
         """Return the calibration of cameras with names and image sizes (width, height).
 
         With `is_placed`, TF has the pose of each of them.
@@ -103,10 +105,10 @@ class Info:
 
     def is_like(self, other: "Info") -> bool:
         """Return whether two messages have the same calibration."""
-        told = [(one.k, one.r, one.p, np.array(one.d)) for one in (self, other)]
+        matrices = [(one.k, one.r, one.p, np.array(one.d)) for one in (self, other)]
         return self.model == other.model and all(
             a.shape == b.shape and np.allclose(a, b, rtol=0.0, atol=_SAME_PX)
-            for a, b in zip(*told, strict=True)
+            for a, b in zip(*matrices, strict=True)
         )
 
 

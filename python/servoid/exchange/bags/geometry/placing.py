@@ -91,8 +91,8 @@ def _on_rig(
     seat, first = seats[index], seats[0]
     frame = seat.image.frame
     is_shared = index > 0 and frame == first.image.frame
-    is_told = index > 0 and seat.calibration.rig_from_camera is not None
-    if is_shared or is_told or not transforms.knows(frame):
+    is_supplied = index > 0 and seat.calibration.rig_from_camera is not None
+    if is_shared or is_supplied or not transforms.knows(frame):
         rig_from_first = _on_rig(place, seats, 0, transforms, rig, stamps_ns)
         return rig_from_first @ _first_from(place, first, seat)
     found = [(stamp, transforms.pose(rig, frame, stamp)) for stamp in stamps_ns]
@@ -123,8 +123,8 @@ def _by_shifts(place: str, seats: Sequence[Seat]) -> tuple[Pose, ...]:
 
     If the user supplies the poses of all cameras, those are used.
     """
-    told = [seat.calibration.rig_from_camera for seat in seats]
-    known = tuple(pose for pose in told if pose is not None)
+    supplied = [seat.calibration.rig_from_camera for seat in seats]
+    known = tuple(pose for pose in supplied if pose is not None)
     if len(known) == len(seats):
         return known
     rig_from_first = seats[0].calibration.frame_from_camera
@@ -139,9 +139,9 @@ def _first_from(place: str, first: Seat, other: Seat) -> Pose:
         CaptureError: their calibrations have none.
 
     """
-    told = first.calibration.rig_from_camera, other.calibration.rig_from_camera
-    if told[0] is not None and told[1] is not None:
-        return told[0].inverse() @ told[1]
+    supplied = first.calibration.rig_from_camera, other.calibration.rig_from_camera
+    if supplied[0] is not None and supplied[1] is not None:
+        return supplied[0].inverse() @ supplied[1]
     shifts = np.array([first.calibration.shift_m, other.calibration.shift_m])
     across, down = shifts[1] - shifts[0]
     if np.hypot(across, down) < _LEAST_BASELINE_M:

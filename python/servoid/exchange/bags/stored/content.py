@@ -62,8 +62,8 @@ def scan(bag: Bag, chosen: Chosen) -> Content:
     return reading.close()
 
 
-def _seconds(told: Any) -> float:
-    return float(told.data)
+def _seconds(decoded: Any) -> float:
+    return float(decoded.data)
 
 
 class _Reading:
@@ -86,11 +86,11 @@ class _Reading:
 
     def info(self, message: Message) -> None:
         topic = message.at.topic
-        told = message.data[_SAME_FROM:]
-        if told == self._first_infos[topic]:
+        payload = message.data[_SAME_FROM:]
+        if payload == self._first_infos[topic]:
             return
         frame = read_header(self._bag, message).frame
-        info = self._bag.decode(message, lambda told: Info.of(told, frame))
+        info = self._bag.decode(message, lambda decoded: Info.of(decoded, frame))
         if not info.is_calibrated:
             return
         known = self.content.infos.setdefault(topic, info)
@@ -99,11 +99,11 @@ class _Reading:
                 f"{self._bag.path}: the calibration on {topic} changes while it is recorded; lock "
                 "zoom and focus, or cut the bag where it changes"
             )
-        self._first_infos[topic] = told
+        self._first_infos[topic] = payload
 
     def transforms(self, message: Message, *, is_static: bool) -> None:
         add = self.content.transforms.add
-        self._bag.decode(message, lambda told: add(told, is_static=is_static))
+        self._bag.decode(message, lambda decoded: add(decoded, is_static=is_static))
 
     def close(self) -> Content:
         """Sort everything and return it."""

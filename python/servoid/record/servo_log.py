@@ -86,15 +86,15 @@ def _cells(row: ServoRow, cameras: int) -> list[str]:
 def _seen(seen: Seen | None, cameras: int) -> list[str]:
     if seen is None:
         return [""] * (len(_SEEN) + 2 * cameras)
-    said = ["dark", "", "", ""]
+    cells = ["dark", "", "", ""]
     if seen.estimate is not None:
         whole = seen.estimate.covariance
         worst = (_worst(whole[:3, :3]), _worst(whole[3:, 3:]))
-        said = [seen.estimate.status, *_numbers([seen.estimate.confidence, *worst])]
+        cells = [seen.estimate.status, *_numbers([seen.estimate.confidence, *worst])]
     return [
         str(seen.instant.index),
         f"{seen.instant.time_s:.6f}",
-        *said,
+        *cells,
         *_numbers(seen.off_px.ravel()),
     ]
 

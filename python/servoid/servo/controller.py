@@ -17,7 +17,13 @@ from servoid.servo.law.desired import goal_error
 from servoid.servo.law.gaze import GazeControl
 from servoid.servo.law.hand import correction, within
 from servoid.servo.law.ik import QuadraticJoints
-from servoid.servo.law.joints import HandJoints, HandWish, JointWish, PaperJoints, hand_weights
+from servoid.servo.law.joints import (
+    HandJoints,
+    HandSetpoint,
+    JointSetpoint,
+    PaperJoints,
+    hand_weights,
+)
 from servoid.servo.law.moving import Moving, change_between
 from servoid.servo.law.reaching import Reaching
 from servoid.servo.settings import JointLaw, JointSettings, ServoSettings
@@ -74,7 +80,7 @@ class _Now:
 
 
 @dataclass(frozen=True, eq=False)
-class _Told:
+class _LastCommand:
     """The last command: speeds (N,) of all joints, and the corresponding hand velocity (6,).
 
     `acceleration` (N,) is the rate of change of the speeds.
@@ -111,7 +117,7 @@ class Controller:
         self._gaze = None if arm.eyes is None else GazeControl(arm.eyes, settings.gaze)
         self._solid = arm.solid if isinstance(arm, Shaped) else None
         self._hand = slice(0, arm.joints.hand_count)
-        self._previous: _Told | None = None
+        self._previous: _LastCommand | None = None
         self._goal: tuple[float, Pose] | None = None
         self._sure: Prediction | None = None
 
@@ -169,8 +175,8 @@ class Controller:
         world_from_goal = world_from_hand @ hand_from_goal
         wanted = self._hand_twist(now, hand_from_goal, world_from_goal, speed_scale)
         allowed = self._workspace.allowed(world_from_goal.pose, target.place)
-        wish = self._law.wish(now.state, now.jacobian, HandWish(wanted, allowed))
-        limited = self._limiter.nearest(wish, self._bounds(now, target, speed_scale))
+        setpoint = self._law.setpoint(now.state, now.jacobian, HandSetpoint(wanted, allowed))
+        limited = self._limiter.nearest(setpoint, self._bounds(now, target, speed_scale))
         stuck = self._reaching.reasons(now.state, now.jacobian, wanted, allowed)
         off = exact.norm(np.array(hand_from_goal.pose.translation))
         untrue = self._supervisor.limiting(target, world_from_goal.pose, off)
@@ -211,11 +217,12 @@ class Controller:
         twist = exact.product(now.jacobian, now.previous[self._hand])
         ticks = self._limiter.ticks_to_rest(twist)
         braked = self._limits.braked(now.previous, now.acceleration, ticks)[self._hand]
-        wish = JointWish(braked, hand_weights(now.jacobian, self._settings.joints.angular_weight))
+        weights = hand_weights(now.jacobian, self._settings.joints.angular_weight)
+        setpoint = JointSetpoint(braked, weights)
         window, walls = now.window.part(self._hand), Rows.none(len(braked))
         bounds = self._limiter.bounds(now.jacobian, now.last, window, walls, 1.0)
         return self._sent(
-            now, target, self._limiter.nearest(wish, bounds).velocities, holding=holding
+            now, target, self._limiter.nearest(setpoint, bounds).velocities, holding=holding
         )
 
     def _sent(
@@ -237,14 +244,14 @@ class Controller:
             gaze = self._gaze.wanted(now.world_from_hand, twist, target.place, target.twist[:3])
             velocities[self._gaze.places] = self._gaze.velocities(now.state, gaze, now.window)
             angles = gaze.angles
-        self._previous = self._told(now, velocities, twist)
+        self._previous = self._last_command(now, velocities, twist)
         place = None if target is None else target.world_from_object
         return Command(velocities.copy(), twist, hand_from_goal, place, angles, holding, limiting)
 
-    def _told(self, now: _Now, velocities: Floats, twist: Floats) -> _Told:
+    def _last_command(self, now: _Now, velocities: Floats, twist: Floats) -> _LastCommand:
         """Return the part of a command that the next one needs."""
         acceleration = (velocities - now.previous) / self._arm.period_s
-        return _Told(now.state.time_s, velocities, acceleration, twist, now.jacobian)
+        return _LastCommand(now.state.time_s, velocities, acceleration, twist, now.jacobian)
 
     def _stop(self, state: JointState) -> Command:
         """Brake open-loop, if the state cannot be used."""
@@ -256,7 +263,9 @@ class Controller:
             velocities = self._limits.blindly_braked(last.velocities, last.acceleration, ticks)
             acceleration = (velocities - last.velocities) / self._arm.period_s
             twist = exact.product(last.jacobian, velocities[self._hand])
-            self._previous = _Told(state.time_s, velocities, acceleration, twist, last.jacobian)
+            self._previous = _LastCommand(
+                state.time_s, velocities, acceleration, twist, last.jacobian
+            )
         return Command(velocities.copy(), twist, holding=frozenset({Reason.BAD_STATE}))
 
     def _look_at(self, state: JointState) -> _Now | None:
@@ -265,16 +274,19 @@ class Controller:
             return None
         self._supervisor.advance(state.time_s, stopped=state.stopped)
         velocities = np.asarray(state.velocities, np.float64)
-        told = self._previous
-        if told is not None and state.time_s - told.time_s > _MISSED_PERIODS * self._arm.period_s:
-            told = None
-        previous = velocities if told is None else told.velocities
+        command = self._previous
+        if (
+            command is not None
+            and state.time_s - command.time_s > _MISSED_PERIODS * self._arm.period_s
+        ):
+            command = None
+        previous = velocities if command is None else command.velocities
         # The command takes effect where the joints will be after their lag.
         ahead_s = self._settings.hand.lead_s + 0.5 * self._arm.period_s
         jacobian = self._jacobian(state.positions + ahead_s * previous)
         twist = exact.product(self._jacobian(state.positions), velocities[self._hand])
-        last = exact.product(jacobian, previous[self._hand]) if told is None else told.twist
-        acceleration = np.zeros(len(previous)) if told is None else told.acceleration
+        last = exact.product(jacobian, previous[self._hand]) if command is None else command.twist
+        acceleration = np.zeros(len(previous)) if command is None else command.acceleration
         braking = np.full(len(previous), np.inf)
         braking[self._hand] = self._limiter.braking(jacobian)
         return _Now(

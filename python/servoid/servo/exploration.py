@@ -96,7 +96,7 @@ def explore(
     home = arm.world_from_hand(arm.state().positions)
     first = first_look(arm, source)
     masks = mask(first)
-    progress.tell("looking", 0.0, first, None)
+    progress.report("looking", 0.0, first, None)
 
     def modelled(looks: list[Instant], request: model.Request) -> ModelResult:
         write_looks(folder, source.cameras, looks, masks)
@@ -106,7 +106,7 @@ def explore(
     looks = progress.around(result.body, first, home)
     if len(looks) > 1:
         watched = replace(
-            request, progress=lambda made: progress.tell("modelling", made.share, None, None)
+            request, progress=lambda made: progress.report("modelling", made.share, None, None)
         )
         result = modelled(looks, watched)
     return Exploration(tuple(looks), masks, result, folder, home, progress.notes())
@@ -120,7 +120,7 @@ class _Progress:
     source: Source
     controller: Controller
     settings: LookSettings
-    tell: Watch
+    report: Watch
     visited: int = field(default=0, init=False)
     late: int = field(default=0, init=False)
 
@@ -157,11 +157,11 @@ class _Progress:
         seen, late = None, False
 
         def watch(command: Command) -> None:
-            self.tell(stage, share, None, command)
+            self.report(stage, share, None, command)
 
         with brought_to_rest(self.arm, self.controller, watch):
             for step in visit(self.arm, self.source, self.controller, goal, self.settings):
-                self.tell(stage, share, step.instant, step.command)
+                self.report(stage, share, step.instant, step.command)
                 seen, late = step.instant, step.late
         self.visited += 1
         self.late += late

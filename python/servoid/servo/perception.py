@@ -118,8 +118,8 @@ class TrackingThread:
         if found:
             return found
         if self._error is not None:
-            said = str(self._error) or type(self._error).__name__
-            raise ServoError(f"tracking failed: {said}") from self._error
+            text = str(self._error) or type(self._error).__name__
+            raise ServoError(f"tracking failed: {text}") from self._error
         if self._over.is_set():
             raise ServoError("tracking was closed; ask for what is tracked inside its context")
         return ()

@@ -39,8 +39,8 @@ def _described(kind: Any) -> str:
     """Return the description in a field's type as a comment."""
     if get_origin(kind) is not Annotated:
         return ""
-    says = [part.description for part in get_args(kind)[1:] if isinstance(part, Meta)]
-    return "".join(f"  # {description}" for description in says if description)
+    descriptions = [part.description for part in get_args(kind)[1:] if isinstance(part, Meta)]
+    return "".join(f"  # {description}" for description in descriptions if description)
 
 
 def _written(value: Any) -> str:

@@ -59,11 +59,11 @@ class DriverLog:
 
     def add(self, step: DriverStep) -> None:
         """Write a period."""
-        told, state = step.told, step.state
-        link = [told.session, told.phase.value, told.accepted, told.missing]
+        reported, state = step.told, step.state
+        link = [reported.session, reported.phase.value, reported.accepted, reported.missing]
         rows = (state.positions, state.velocities, step.speeds)
         joints = [repr(float(value)) for row in rows for value in row]
-        values = [repr(state.time_s), *link, sum(told.refused.values()), *joints]
+        values = [repr(state.time_s), *link, sum(reported.refused.values()), *joints]
         self._file.write(",".join(str(value) for value in values) + "\n")
 
 

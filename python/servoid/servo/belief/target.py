@@ -174,8 +174,8 @@ class TargetFilter:
             shifted_and_turned(self._pose, states[:, :3].reshape(6)),
             np.zeros(6) if rests else twist,
             np.zeros(6) if rests else acceleration,
-            self._known.told(covariances[:, :3, :3] + self._known.hidden),
-            self._known.told(covariances[:, 3:6, 3:6]),
+            self._known.joined(covariances[:, :3, :3] + self._known.hidden),
+            self._known.joined(covariances[:, 3:6, 3:6]),
         )
 
     def forget(self) -> None:
@@ -238,22 +238,22 @@ class TargetFilter:
         """
         settings = self._settings
         floors = np.square([settings.linear_noise, settings.angular_noise])
-        told, doubt = np.zeros((2, 3, 3)), 0.0
+        reported, doubt = np.zeros((2, 3, 3)), 0.0
         if settings.use_covariance:
             world = estimate.world_from_object.matrix()[:3, :3]
             whole = estimate.covariance
             parts = whole[:3, :3], whole[3:, 3:]
-            told = np.array([exact.product(world, part, world.T) for part in parts])
+            reported = np.array([exact.product(world, part, world.T) for part in parts])
             doubt = _doubt(estimate)
         wrong = settings.wrong_turn * float(np.sqrt(doubt))
         # The more certain the tracker is, the faster its earlier errors decay.
         fading_s = max(_SOONEST_S, settings.fading_s * doubt / (doubt + _HARDLY))
-        fresh = settings.fresh * told
+        fresh = settings.fresh * reported
         # The tracker's noise includes drift, but successive positions differ less.
         fresh[0] *= min(1.0, _FRESHEST * _FRESHEST / max(float(fresh[0].trace()), _TINY))
         news = fresh + floors[:, None, None] * np.eye(3)
         noises = Noise(news[0], 0.0, fading_s), Noise(news[1], wrong, fading_s)
-        return noises, told - fresh
+        return noises, reported - fresh
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,7 +289,7 @@ class _Known:
         both = (self.shift.ahead(span), self.turn.ahead(span))
         return np.array([state for state, _ in both]), np.array([spread for _, spread in both])
 
-    def told(self, covariances: Floats) -> Floats:
+    def joined(self, covariances: Floats) -> Floats:
         """Join covariances (2, 3, 3) to one (6, 6), without unobservable rotations."""
         across = np.eye(3) - self.turns.spread
         whole = np.zeros((6, 6))

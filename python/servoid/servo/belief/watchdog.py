@@ -17,7 +17,7 @@ _QUICK_S, _SLOW_S = 1.0, 5.0  # time constants of the rotation error, and of its
 _USUAL_S = 20.0  # time constant of the target's usual rotation
 _LONGEST_S = 0.1  # maximum time that one estimate represents
 _LASTING = 0.2  # share of the whole rotation error that always counts
-_TOLD = 0.5  # share of the tracker's standard deviation above which the variable part counts
+_SIGNIFICANT = 0.5  # share of the tracker's standard deviation above which the variable part counts
 _CALM = 0.5  # share of the threshold below which the arm moves again
 _ROWS = 4  # every fourth row suffices to distinguish images
 
@@ -99,7 +99,7 @@ class Parting:
         self._lasts_s = time_s - self._since_s
 
     @property
-    def is_told(self) -> bool:
+    def is_reported(self) -> bool:
         """Return whether they have differed for long enough to report it."""
         return self._lasts_s >= self._settings.parted_s
 
@@ -175,7 +175,7 @@ class Drifting:
         off = exact.norm(self._quick)
         # The end of a constant error is no contradiction.
         new = min(off, exact.norm(self._quick - self._slow))
-        new *= new > _TOLD * self._spread
+        new *= new > _SIGNIFICANT * self._spread
         return self._lever * max(new, _LASTING * off)
 
 

@@ -9,7 +9,7 @@ from servoid.pose import exact
 from servoid.servo.arm import Arm, Floats
 from servoid.servo.keeping.bounds import INSIDE, Ball, Bounds, Rows, Window
 from servoid.servo.keeping.safety import Reason
-from servoid.servo.law.joints import JointWish
+from servoid.servo.law.joints import JointSetpoint
 from servoid.servo.settings import HandSettings
 
 _SOLVED = (1, 2)  # daqp's exit flags of a solution, 2 with a violated soft bound
@@ -99,30 +99,30 @@ class Limiter:
         lengths = exact.lengths(twist.reshape(2, 3))
         return float((lengths / ((1.0 - INSIDE) * self._steps)).max())
 
-    def nearest(self, wish: JointWish, bounds: Bounds) -> Limited:
+    def nearest(self, setpoint: JointSetpoint, bounds: Bounds) -> Limited:
         """Return the joint speeds nearest to the desired ones, and the active bounds."""
-        if bounds.hold(wish.velocities):
-            return Limited(wish.velocities, frozenset())
+        if bounds.hold(setpoint.velocities):
+            return Limited(setpoint.velocities, frozenset())
         rows = bounds.rows
-        found, pressed = self._solved(wish, bounds.window, rows)
+        found, pressed = self._solved(setpoint, bounds.window, rows)
         for _ in range(_CUTS):
             cuts = [ball.cut(found) for ball in bounds.balls if ball.exceeds(found)]
             if not cuts:
                 break
             rows = rows.and_also(*cuts)
-            found, pressed = self._solved(wish, bounds.window, rows)
-        off = exact.product(bounds.jacobian, found - wish.velocities)
+            found, pressed = self._solved(setpoint, bounds.window, rows)
+        off = exact.product(bounds.jacobian, found - setpoint.velocities)
         return Limited(found, pressed if np.abs(off).max() > _NOTED else frozenset())
 
     def _solved(
-        self, wish: JointWish, window: Window, rows: Rows
+        self, setpoint: JointSetpoint, window: Window, rows: Rows
     ) -> tuple[Floats, frozenset[Reason]]:
         """Return the nearest speeds (n,) between linear bounds, and the active reasons."""
-        count = len(wish.velocities)
+        count = len(setpoint.velocities)
         sense = np.repeat(np.array([0, _SOFT], np.int32), [count, len(rows.reasons)])
-        answer, _, flag, told = self._solve(
-            wish.weights,
-            -exact.product(wish.weights, wish.velocities),
+        answer, _, flag, details = self._solve(
+            setpoint.weights,
+            -exact.product(setpoint.weights, setpoint.velocities),
             rows.matrix,
             np.concatenate([window.upper, rows.upper]),
             np.concatenate([window.lower, rows.lower]),
@@ -131,7 +131,7 @@ class Limiter:
         if flag not in _SOLVED or not np.all(np.isfinite(answer)):
             # The window is never empty, so this is a numerical failure: the joints brake.
             return window.bounded(np.zeros(count)), frozenset()
-        pressures = np.asarray(told["lam"])
+        pressures = np.asarray(details["lam"])
         reasons = [
             rows.reasons[place - count] if place >= count else window.causes[int(force > 0)][place]
             for place, force in enumerate(pressures)

@@ -139,7 +139,7 @@ class SafetySupervisor:
         self._drifting.reach(self._lever)
         reasons = {
             Reason.ROUGH: self._is_rough(target),
-            Reason.PARTED: self._parting.is_told,
+            Reason.PARTED: self._parting.is_reported,
             Reason.UNSEEN: self._in_a_row == 0,
             Reason.AWAY: off > self._settings.away,
         }

@@ -4,7 +4,7 @@ import numpy as np
 
 from servoid.pose import exact
 from servoid.servo.arm import Arm, Floats, JointState
-from servoid.servo.law.joints import IDLE_WEIGHT, HandWish, JointWish
+from servoid.servo.law.joints import IDLE_WEIGHT, HandSetpoint, JointSetpoint
 from servoid.servo.settings import JointSettings
 
 _TINY = 1e-8
@@ -24,7 +24,7 @@ class QuadraticJoints:
         self._posture = np.asarray(arm.state().positions, np.float64)[: self._count]
         self._weights = np.repeat([1.0, settings.angular_weight], 3)
 
-    def wish(self, state: JointState, jacobian: Floats, wish: HandWish) -> JointWish:
+    def setpoint(self, state: JointState, jacobian: Floats, hand: HandSetpoint) -> JointSetpoint:
         """Return the best joint speeds without bounds, and the weights of deviations from them."""
         settings = self._settings
         weighted = self._weights[:, None] * jacobian
@@ -36,7 +36,7 @@ class QuadraticJoints:
         worth = squares + np.square(settings.damping * lack) + _TINY
         worth[: free.shape[1]] = IDLE_WEIGHT
         pull = settings.posture_gain * (self._posture - state.positions[: self._count])
-        wanted = exact.product(weighted.T, self._weights * wish.twist)
+        wanted = exact.product(weighted.T, self._weights * hand.twist)
         slope = wanted + IDLE_WEIGHT * exact.product(free, exact.product(free.T, pull))
         velocities = exact.product(axes, exact.product(axes.T, slope) / worth)
-        return JointWish(velocities, exact.product(axes * worth, axes.T))
+        return JointSetpoint(velocities, exact.product(axes * worth, axes.T))

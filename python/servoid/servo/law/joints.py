@@ -15,7 +15,7 @@ _TINY = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class HandWish:
+class HandSetpoint:
     """The desired motion of the hand: its velocity (6,) in the world, and its goal pose."""
 
     twist: Floats
@@ -23,7 +23,7 @@ class HandWish:
 
 
 @dataclass(frozen=True, eq=False)
-class JointWish:
+class JointSetpoint:
     """The desired joint speeds (n,) in rad/s, and `weights` (n, n) of deviations from them.
 
     Of the admissible speeds, the best minimise x weights x of their deviation x.
@@ -36,7 +36,7 @@ class JointWish:
 class HandJoints(Protocol):
     """A law that converts the desired motion of the hand to desired joint speeds."""
 
-    def wish(self, state: JointState, jacobian: Floats, wish: HandWish) -> JointWish:
+    def setpoint(self, state: JointState, jacobian: Floats, hand: HandSetpoint) -> JointSetpoint:
         """Return the desired speeds of n joints, unbounded; `jacobian` (6, n) is the hand's."""
         ...
 
@@ -72,13 +72,13 @@ class PaperJoints:
         self._free = slice(1 if count > 6 else 0, count)
         self._solution: Floats | None = None
 
-    def wish(self, state: JointState, jacobian: Floats, wish: HandWish) -> JointWish:
+    def setpoint(self, state: JointState, jacobian: Floats, hand: HandSetpoint) -> JointSetpoint:
         """Return the desired joint speeds, without bounds."""
         count = self._arm.joints.hand_count
-        desired = self.joints_at(wish.world_from_goal, state.positions)  # Eq. (14)
+        desired = self.joints_at(hand.world_from_goal, state.positions)  # Eq. (14)
         feedback = self._settings.feedback_gain * (desired - state.positions)[:count]
-        velocities = feedback + exact.product(pseudo_inverse(jacobian), wish.twist)  # Eq. (16)
-        return JointWish(velocities, hand_weights(jacobian, self._settings.angular_weight))
+        velocities = feedback + exact.product(pseudo_inverse(jacobian), hand.twist)  # Eq. (16)
+        return JointSetpoint(velocities, hand_weights(jacobian, self._settings.angular_weight))
 
     def joints_at(self, world_from_goal: Pose, positions: Floats) -> Floats:
         """Return joint positions (N,) of the hand at the goal, as near as the steps have come.

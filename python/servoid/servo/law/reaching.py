@@ -27,7 +27,7 @@ class Reaching:
         self._weights = np.repeat([1.0, settings.angular_weight], 3)
         self._damped_below = settings.damped_below
         self._found: Floats | None = None
-        self._sought = 0
+        self._steps_taken = 0
         self._since: dict[Reason, float] = {}
 
     def forget(self) -> None:
@@ -57,14 +57,14 @@ class Reaching:
 
     def _holds(self, positions: Floats, world_from_goal: Pose) -> bool:
         """Return whether joints near the last ones are known that place the hand at a goal."""
-        if self._found is None or self._sought > _ANEW:
-            self._found, self._sought = positions, 0
+        if self._found is None or self._steps_taken > _ANEW:
+            self._found, self._steps_taken = positions, 0
         for _ in range(_STEPS):
             self._found, error = stepped(self._arm, self._found, world_from_goal, self._free)
             if error < _CLOSE:
-                self._sought = 0
+                self._steps_taken = 0
                 return True
-        self._sought += _STEPS
+        self._steps_taken += _STEPS
         return False
 
     def _swallowed(self, jacobian: Floats, twist: Floats) -> float:

@@ -61,14 +61,14 @@ class Driver:
         """
         until, asked = time.monotonic() + self._settings.patience_s, ""
         while True:
-            told = self.listen().state
-            if told.phase is Phase.RUNNING and told.session == asked:
+            state = self.listen().state
+            if state.phase is Phase.RUNNING and state.session == asked:
                 return asked
-            ready = told.phase is Phase.WAITING and told.resting and told.session != asked
-            if ready and self.send(Start(told.session)):
-                asked = told.session
+            ready = state.phase is Phase.WAITING and state.resting and state.session != asked
+            if ready and self.send(Start(state.session)):
+                asked = state.session
             if time.monotonic() > until:
-                if told.stopped:
+                if state.stopped:
                     raise ServoError(
                         f"the arm at {self.place} is in a protective stop; remove what it hit, and "
                         "reset it on its own controller"
@@ -147,8 +147,8 @@ def _connected(address: Address, patience_s: float) -> Lines:
             return Lines(connected(address, patience_s))
         except OSError as reason:
             if time.monotonic() > until:
-                said = (reason.strerror or str(reason)).lower()
+                why = (reason.strerror or str(reason)).lower()
                 raise ServoError(
-                    f"no arm's driver answers at {shown(address)}: {said}; start it first"
+                    f"no arm's driver answers at {shown(address)}: {why}; start it first"
                 ) from reason
         time.sleep(_RETRY_S)

@@ -30,7 +30,7 @@ def listening(address: Address) -> socket.socket:
     except OSError as reason:
         server.close()
         raise ServoError(
-            f"an arm's driver cannot listen at {shown(address)}: {_said(reason)}; choose another "
+            f"an arm's driver cannot listen at {shown(address)}: {_text(reason)}; choose another "
             "address, or end the program that uses it"
         ) from reason
     server.setblocking(False)
@@ -80,7 +80,7 @@ class Lines:
             except (BlockingIOError, InterruptedError):
                 break
             except OSError as reason:
-                self._close(_said(reason))
+                self._close(_text(reason))
                 break
             if not chunk:
                 self._close("the other side closed the connection")
@@ -110,7 +110,7 @@ class Lines:
             except (BlockingIOError, InterruptedError):
                 return
             except OSError as reason:
-                self._close(_said(reason))
+                self._close(_text(reason))
                 return
             del self._going[:sent]
 
@@ -142,5 +142,5 @@ def _remove_stale(kind: socket.AddressFamily, path: str) -> None:
             Path(path).unlink()
 
 
-def _said(reason: OSError) -> str:
+def _text(reason: OSError) -> str:
     return (reason.strerror or str(reason)).lower()

@@ -145,12 +145,12 @@ class LinkedArm:
             ServoError: the connection is closed.
 
         """
-        told = self._driver.newest().state
+        state = self._driver.newest().state
         return JointState(
-            _number(told.time_s),
-            _numbers(told.positions),
-            _numbers(told.velocities),
-            told.stopped,
+            _number(state.time_s),
+            _numbers(state.positions),
+            _numbers(state.velocities),
+            state.stopped,
         )
 
     def command(self, velocities: Floats) -> None:
@@ -167,9 +167,9 @@ class LinkedArm:
         speed = self._joints.speed
         if wanted.shape != speed.shape or not np.all(np.isfinite(wanted)):
             raise ServoError(f"{len(speed)} finite joint speeds are needed, but got {velocities}")
-        told = self.told
-        self._check_session(told)
-        stamp_s = _number(told.time_s)
+        state = self.told
+        self._check_session(state)
+        stamp_s = _number(state.time_s)
         self._driver.send(self._message(np.clip(wanted, -speed, speed), stamp_s))
         # Never sooner: the next command may differ from this one by a period's acceleration.
         begun = time.monotonic()
@@ -196,12 +196,12 @@ class LinkedArm:
             speeds=motion.speeds.tolist(),
         )
 
-    def _check_session(self, told: State) -> None:
+    def _check_session(self, state: State) -> None:
         if not self._session:
             raise ServoError("the arm was not started; enter its context, or call start()")
-        if told.session != self._session:
+        if state.session != self._session:
             raise ServoError(
-                f"the arm's driver has ended the session: {told.ended or 'it was restarted'}; "
+                f"the arm's driver has ended the session: {state.ended or 'it was restarted'}; "
                 "the arm comes to rest, and moves again after another start()"
             )
 

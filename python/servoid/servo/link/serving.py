@@ -80,9 +80,9 @@ def _step(arm: DrivenJoints, connection: "_Connection", receiver: CommandReceive
     state = arm.state()
     connection.hear(state)
     speeds = receiver.speeds(state)
-    told = _told(receiver, state)
-    connection.tell(told)
-    return DriverStep(state, speeds, told)
+    reported = _link_state(receiver, state)
+    connection.send(reported)
+    return DriverStep(state, speeds, reported)
 
 
 def _brake(
@@ -129,10 +129,10 @@ class _Connection:
             self._receiver.end(f"the connection is closed: {self._lines.closed}")
             self._lines = None
 
-    def tell(self, told: State) -> None:
+    def send(self, state: State) -> None:
         """Send the joints' state to the loop, if it is connected."""
         if self._lines is not None:
-            self._lines.send(line_of(told))
+            self._lines.send(line_of(state))
 
     def close(self) -> None:
         """Close the connection and the listener."""
@@ -173,7 +173,7 @@ def _welcome(arm: DrivenJoints) -> Welcome:
     )
 
 
-def _told(receiver: CommandReceiver, state: JointState) -> State:
+def _link_state(receiver: CommandReceiver, state: JointState) -> State:
     return State(
         session=receiver.session,
         phase=receiver.phase,

@@ -30,7 +30,7 @@ from servoid.servo.exploration import Exploration, Masks, awaited, explore
 from servoid.servo.law.moving import change_between
 from servoid.sim.trial.marking import marker
 from servoid.sim.trial.settings import TrialSettings
-from servoid.sim.trial.truth import Truth, wish
+from servoid.sim.trial.truth import Truth, desired_pose
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
 from servoid.source import Instant
@@ -107,18 +107,18 @@ def run_servo_trial(
     make_folder(Path(folder), parents=True)
     if prepared is not None:
         prepared(world)
-    tell = watch or (lambda _: None)
+    report = watch or (lambda _: None)
     first = world.world_from_hand_at(0.0).inverse() @ world.world_from_object_at(0.0)
-    exploration, goal = _met(world, settings, Path(folder) / _LOOKS, mark, tell)
+    exploration, goal = _met(world, settings, Path(folder) / _LOOKS, mark, report)
     # Observations on the way do not predict the motion from now on.
     controller = Controller(world.arm, settings.servo)
     tracker = _start_tracker(world, exploration, settings, controller)
     true = world.world_from_object_at(world.time_s)
     truth = Truth(world, true.inverse() @ exploration.body.world_from_object)
     log = ServoLog.of(world.arm)
-    log.wish = wish(world, exploration.body, goal, first)
+    log.wish = desired_pose(world, exploration.body, goal, first)
     trial = ServoTrial(settings, world, exploration, tracker, log, truth)
-    _follow(trial, controller, lambda _: goal, tell)
+    _follow(trial, controller, lambda _: goal, report)
     return trial
 
 
@@ -127,7 +127,7 @@ def _met(
     settings: TrialSettings,
     folder: Path,
     mark: Callable[[Instant], Masks],
-    tell: Watch,
+    report: Watch,
 ) -> tuple[Exploration, Pose]:
     """Explore the object, and move the hand to the start of servoing; return also its goal.
 
@@ -137,7 +137,7 @@ def _met(
     """
 
     def see(stage: str, share: float, instant: Instant | None, command: Command | None) -> None:
-        tell(TrialStep(stage, share, world.time_s, instant, command))
+        report(TrialStep(stage, share, world.time_s, instant, command))
 
     controller = _guide(world, settings)
     exploration = explore(
@@ -165,22 +165,22 @@ def _guide(world: World, settings: TrialSettings) -> Controller:
     return Controller(world.arm, replace(settings.servo, joints=joints))
 
 
-def _follow(trial: ServoTrial, controller: Controller, goal: Goal, tell: Watch) -> None:
+def _follow(trial: ServoTrial, controller: Controller, goal: Goal, report: Watch) -> None:
     """Servo for the seconds of the run, keep the log, and bring the arm to rest."""
     world, seconds = trial.world, trial.settings.run.seconds
     world.start_path()
 
     def stopping(command: Command) -> None:
-        tell(TrialStep("stopping", 1.0, world.time_s, None, command))
+        report(TrialStep("stopping", 1.0, world.time_s, None, command))
 
     with brought_to_rest(world.arm, controller, stopping):
         for tick in servo(world.arm, world.source, trial.tracker, controller, goal):
-            _tell_status(world, tick.estimate)
+            _pass_status(world, tick.estimate)
             row = _row(trial, tick, goal(tick.state.time_s))
             trial.log.add(row)
             since = tick.state.time_s - trial.log.start_s
-            told = (tick.state.time_s, tick.instant, tick.command, tick.estimate)
-            tell(TrialStep("servoing", min(1.0, since / seconds), *told, row, trial))
+            observed = (tick.state.time_s, tick.instant, tick.command, tick.estimate)
+            report(TrialStep("servoing", min(1.0, since / seconds), *observed, row, trial))
             if since >= seconds:
                 break
 
@@ -210,7 +210,7 @@ def _seen(trial: ServoTrial, instant: Instant, estimate: Estimate | None) -> See
     return Seen(instant, estimate, there, off_center(cameras, poses, np.array(there.translation)))
 
 
-def _tell_status(world: World, estimate: Estimate | None) -> None:
+def _pass_status(world: World, estimate: Estimate | None) -> None:
     """Pass the tracker's status to the world, which simulates its computing time."""
     if estimate is not None:
         world.source.tracking = estimate.status == _TRACKING
@@ -286,7 +286,7 @@ def _start_tracker(
         instant = awaited(world.arm, world.source)
         estimate = tracker.step(instant.time_s, instant.world_from_camera, instant.images)
         controller.see(instant, estimate)
-        _tell_status(world, estimate)
+        _pass_status(world, estimate)
         found = found + 1 if estimate.located else 0
         if found == needed:
             return tracker

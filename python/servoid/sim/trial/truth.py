@@ -33,7 +33,7 @@ class Truth:
         return world_from_object @ self.object_from_body
 
 
-def wish(world: World, body: Body, goal: Pose, hand_from_object: Pose) -> Wish:
+def desired_pose(world: World, body: Body, goal: Pose, hand_from_object: Pose) -> Wish:
     """Return the desired pose of the true object of a world in the hand.
 
     Its desired middle is that of the body at the goal, hand_from_body, and its desired rotation

@@ -12,7 +12,7 @@ from servoid.sim.world.arms.calibration import Calibration
 from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.joint_servos import JointServos
 from servoid.sim.world.arms.kinematics import Kinematics
-from servoid.sim.world.arms.protective_stop import ProtectiveStop, borne_torques
+from servoid.sim.world.arms.protective_stop import ProtectiveStop, stop_torques
 from servoid.sim.world.arms.sim_arm import SimArm
 from servoid.sim.world.cameras.camera_simulator import (
     NAMES,
@@ -84,8 +84,8 @@ class World:
         )
         solids = Solids(model, kinematics, start)
         plant, known = build_plant(robot, model, lab, solids, visuals)
-        borne = borne_torques(robot, model, start, settings.arm.stop_torque)
-        protection = ProtectiveStop(borne, settings.physics.step_s)
+        thresholds = stop_torques(robot, model, start, settings.arm.stop_torque)
+        protection = ProtectiveStop(thresholds, settings.physics.step_s)
         self._servos = JointServos(robot, model, kinematics, start, plant, protection, known=known)
         self._layout = Layout(visuals, model, kinematics, self._timeline)
         self._visuals = tuple(visuals)

@@ -43,25 +43,25 @@ def check_limits(seed: int, lag_s: float, ticks: int = 600) -> None:
     random = np.random.default_rng([seed, 1])
     jerk = jerk_of(joints, asked)
     place = random.uniform(joints.lower + 0.05, joints.upper - 0.05)
-    told, change, goes = np.zeros(COUNT), np.zeros(COUNT), np.zeros(COUNT)
+    commanded, change, goes = np.zeros(COUNT), np.zeros(COUNT), np.zeros(COUNT)
     faded = np.exp(-period_s / lag_s) if lag_s else 0.0
     for tick in range(ticks):
         if tick % 40 == 0:
-            wish = random.choice([-1.5, -0.1, 0.0, 0.1, 1.5], COUNT) * joints.speed
-        window = limits.window(JointState(0.0, place, goes), told, change)
+            wanted = random.choice([-1.5, -0.1, 0.0, 0.1, 1.5], COUNT) * joints.speed
+        window = limits.window(JointState(0.0, place, goes), commanded, change)
         assert np.all(window.lower <= window.upper)
-        last, before = told, change
-        told = window.bounded(wish)
-        change = (told - last) / period_s
+        last, before = commanded, change
+        commanded = window.bounded(wanted)
+        change = (commanded - last) / period_s
         slack = 1.0 + 1e-9
-        assert np.all(np.abs(told) <= asked.speed_share * joints.speed * slack)
+        assert np.all(np.abs(commanded) <= asked.speed_share * joints.speed * slack)
         assert np.all(
             np.abs(change) <= asked.acceleration_share * joints.acceleration * slack + 1e-9
         )
         assert np.all(np.abs(change - before) <= jerk * period_s * slack + 1e-9)
-        # The joint's speed follows what it is told with a lag of the first order.
-        after = told + (goes - told) * faded
-        place = place + period_s * told - lag_s * (after - goes)
+        # The joint's speed follows its command with a lag of the first order.
+        after = commanded + (goes - commanded) * faded
+        place = place + period_s * commanded - lag_s * (after - goes)
         goes = after
         assert np.all((place >= joints.lower) & (place <= joints.upper))
 
@@ -93,7 +93,7 @@ def test_the_stopping_distance_is_that_of_the_hardest_braking(
     # One that brakes so hard that it would turn back before it fades is none of these.
     least = -min(deceleration, np.sqrt(2.0 * jerk * speed))
     now = share * deceleration if share > 0 else -share * least
-    told = stopping_distance(*(np.array([one]) for one in (speed, now, deceleration, jerk)))
+    distance = stopping_distance(*(np.array([one]) for one in (speed, now, deceleration, jerk)))
     step, way, at, rate = 2e-4, 0.0, speed, now
     while at > 0.0:
         fading = -np.sqrt(2.0 * jerk * at)
@@ -102,7 +102,7 @@ def test_the_stopping_distance_is_that_of_the_hardest_braking(
         way, at = way + at * step, at + rate * step
         if at < 1e-6:
             break
-    assert told[0] == pytest.approx(way, rel=0.02, abs=1e-3)
+    assert distance[0] == pytest.approx(way, rel=0.02, abs=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -111,23 +111,23 @@ def test_joints_that_brake_come_to_rest_together_within_their_limits(seed: int) 
     limits = JointLimits(joints, asked, period_s)
     random = np.random.default_rng([seed, 2])
     jerk = jerk_of(joints, asked)
-    told = random.uniform(-0.9, 0.9, COUNT) * joints.speed
-    change, first, ends = np.zeros(COUNT), told, {}
+    commanded = random.uniform(-0.9, 0.9, COUNT) * joints.speed
+    change, first, ends = np.zeros(COUNT), commanded, {}
     for tick in range(3000):
-        last, before = told, change
-        told = limits.blindly_braked(told, change, 1.0)
-        change = (told - last) / period_s
+        last, before = commanded, change
+        commanded = limits.blindly_braked(commanded, change, 1.0)
+        change = (commanded - last) / period_s
         assert np.all(np.abs(change) <= joints.acceleration)
         assert np.all(np.abs(change - before) <= jerk * period_s * (1.0 + 1e-9) + 1e-9)
         for part in (slice(0, 5), slice(5, None)):
-            along = told[part] * first[part.start]
-            np.testing.assert_allclose(along, first[part] * told[part.start], atol=1e-9)
-            if not told[part].any():
+            along = commanded[part] * first[part.start]
+            np.testing.assert_allclose(along, first[part] * commanded[part.start], atol=1e-9)
+            if not commanded[part].any():
                 ends.setdefault(part.start, tick)
-        if not told.any() and not change.any():
+        if not commanded.any() and not change.any():
             break
     slowest = (np.abs(first) / joints.acceleration).max() + 2.0 * asked.ramp_s
-    assert not told.any() and max(ends.values()) * period_s < 2.0 * slowest + 0.2
+    assert not commanded.any() and max(ends.values()) * period_s < 2.0 * slowest + 0.2
 
 
 def test_eyes_that_turn_fast_do_not_keep_the_hand_from_braking() -> None:

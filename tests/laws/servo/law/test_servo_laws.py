@@ -17,7 +17,13 @@ from servoid.servo.keeping.workspace_limits import WorkspaceLimits
 from servoid.servo.law.gaze import fixation, seen_from_head
 from servoid.servo.law.hand import correction, quaternion_error, shares, within
 from servoid.servo.law.ik import QuadraticJoints
-from servoid.servo.law.joints import HandWish, JointWish, PaperJoints, hand_weights, pseudo_inverse
+from servoid.servo.law.joints import (
+    HandSetpoint,
+    JointSetpoint,
+    PaperJoints,
+    hand_weights,
+    pseudo_inverse,
+)
 from servoid.servo.law.moving import Moving, shifted_and_turned
 from servoid.servo.settings import HandSettings, JointSettings, SafetySettings
 from servoid.sim.arm_file import read_arm
@@ -41,7 +47,7 @@ FREE = HandSettings(
 
 def limited(
     arm: SerialArm,
-    wish: JointWish,
+    setpoint: JointSetpoint,
     *,
     settings: HandSettings = FREE,
     last: np.ndarray | None = None,
@@ -58,7 +64,7 @@ def limited(
         walls or Rows.none(7),
         1.0,
     )
-    return limiter.nearest(wish, bounds)
+    return limiter.nearest(setpoint, bounds)
 
 
 @pytest.mark.parametrize("angle", [-3.0, -1.0, 0.2, 2.5])
@@ -103,10 +109,10 @@ def test_a_hand_velocity_comes_near_its_wish_as_fast_as_the_hand_may_speed_up(
     settings = HandSettings()
     jacobian = arm.jacobian(arm.state().positions)[:, :7]
     twist, wanted = np.zeros(6), random.uniform(-0.15, 0.15, 6)
-    wish = JointWish(pseudo_inverse(jacobian) @ wanted, hand_weights(jacobian, 0.3))
+    setpoint = JointSetpoint(pseudo_inverse(jacobian) @ wanted, hand_weights(jacobian, 0.3))
     step = settings.acceleration_share * settings.linear_acceleration * arm.period_s
     for _ in range(30):
-        found = limited(arm, wish, settings=settings, last=twist)
+        found = limited(arm, setpoint, settings=settings, last=twist)
         after = jacobian @ found.velocities
         left = np.linalg.norm(wanted[:3] - twist[:3])
         change = np.linalg.norm(after[:3] - twist[:3])
@@ -124,8 +130,8 @@ def test_the_pseudo_inverse_is_the_least_motion_that_does_it(arm: SerialArm) -> 
     np.testing.assert_allclose(inverse, np.linalg.pinv(jacobian), atol=1e-5)
 
 
-def wish(arm: SerialArm, twist: np.ndarray) -> HandWish:
-    return HandWish(twist, arm.world_from_hand(arm.state().positions))
+def hand_setpoint(arm: SerialArm, twist: np.ndarray) -> HandSetpoint:
+    return HandSetpoint(twist, arm.world_from_hand(arm.state().positions))
 
 
 @pytest.mark.parametrize("law", [PaperJoints, QuadraticJoints])
@@ -135,10 +141,10 @@ def test_joint_speeds_give_the_wanted_hand_velocity(
     twist = np.array([0.05, -0.1, 0.02, 0.1, 0.05, -0.1])
     state = arm.state()
     jacobian = arm.jacobian(state.positions)[:, :7]
-    wished = law(arm, JointSettings()).wish(state, jacobian, wish(arm, twist))
-    np.testing.assert_allclose(jacobian @ wished.velocities, twist, atol=1e-5)
-    found = limited(arm, wished)
-    np.testing.assert_array_equal(found.velocities, wished.velocities)
+    setpoint = law(arm, JointSettings()).setpoint(state, jacobian, hand_setpoint(arm, twist))
+    np.testing.assert_allclose(jacobian @ setpoint.velocities, twist, atol=1e-5)
+    found = limited(arm, setpoint)
+    np.testing.assert_array_equal(found.velocities, setpoint.velocities)
     assert found.reasons == frozenset()
 
 
@@ -158,16 +164,16 @@ def test_what_is_told_is_the_nearest_to_the_wish_inside_all_bounds(
         normal = jacobian[:3].T @ random.normal(size=3)
         most = np.array([normal @ (0.5 * (window.lower + window.upper)) + 0.01])
         walls = Rows(normal[None], np.array([-np.inf]), most, (Reason.WORKSPACE,))
-        wished = asked.wish(state, jacobian, wish(arm, random.uniform(-0.3, 0.3, 6)))
+        setpoint = asked.setpoint(state, jacobian, hand_setpoint(arm, random.uniform(-0.3, 0.3, 6)))
         bounds = Limiter(arm, settings).bounds(jacobian, last, window, walls, 1.0)
-        found = Limiter(arm, settings).nearest(wished, bounds)
+        found = Limiter(arm, settings).nearest(setpoint, bounds)
         at_most = Rows(walls.matrix, walls.lower, walls.upper + 1e-5, walls.reasons)
         assert replace(bounds, rows=at_most).hold(found.velocities)
         assert not bounds.hold(np.full(len(found.velocities), np.nan))
 
-        def cost(velocities: np.ndarray, wished: JointWish = wished) -> float:
-            off = velocities - wished.velocities
-            return float(off @ wished.weights @ off)
+        def cost(velocities: np.ndarray, setpoint: JointSetpoint = setpoint) -> float:
+            off = velocities - setpoint.velocities
+            return float(off @ setpoint.weights @ off)
 
         others = random.uniform(window.lower, window.upper, (300, 7))
         nearby = window.bounded(found.velocities + random.normal(0, 0.003, (300, 7)))
@@ -183,21 +189,21 @@ def test_bounds_that_act_are_named(arm: SerialArm) -> None:
     slow = HandSettings(linear_speed=0.1, linear_acceleration=1e6, angular_acceleration=1e6)
     wall = Rows(jacobian[:1], np.array([-0.1]), np.array([0.1]), (Reason.WORKSPACE,))
     held = between(np.full(7, -0.01), np.full(7, 0.01))
-    assert limited(arm, JointWish(ahead, weights)).reasons == frozenset()
+    assert limited(arm, JointSetpoint(ahead, weights)).reasons == frozenset()
     for bound, reason in (
         ({"settings": slow}, Reason.HAND_SPEED),
         ({"walls": wall}, Reason.WORKSPACE),
         ({"window": held}, Reason.JOINT_SPEED),
         ({"settings": HandSettings()}, Reason.HAND_ACCELERATION),
     ):
-        assert limited(arm, JointWish(ahead, weights), **bound).reasons == {reason}
+        assert limited(arm, JointSetpoint(ahead, weights), **bound).reasons == {reason}
 
 
 def test_bounds_that_leave_the_hand_alone_are_not_named(arm: SerialArm) -> None:
     jacobian = arm.jacobian(arm.state().positions)[:, :7]
     free = np.linalg.svd(jacobian)[2][6]
     held = between(np.full(7, -0.01), np.full(7, 0.01))
-    found = limited(arm, JointWish(0.03 * free, hand_weights(jacobian, 0.3)), window=held)
+    found = limited(arm, JointSetpoint(0.03 * free, hand_weights(jacobian, 0.3)), window=held)
     assert np.abs(found.velocities).max() > 0.009
     assert found.reasons == frozenset()
 
@@ -208,7 +214,7 @@ def test_free_motion_leads_back_to_the_first_posture(arm: SerialArm) -> None:
     jacobian = arm.jacobian(state.positions)[:, :7]
     free = np.linalg.svd(jacobian)[2][6]
     moved = JointState(0.0, state.positions + 0.01 * np.append(free, [0, 0, 0]), state.velocities)
-    velocities = law.wish(moved, jacobian, wish(arm, np.zeros(6))).velocities
+    velocities = law.setpoint(moved, jacobian, hand_setpoint(arm, np.zeros(6))).velocities
     np.testing.assert_allclose(velocities, -0.01 * JointSettings().posture_gain * free, atol=1e-6)
 
 
@@ -220,7 +226,7 @@ def test_near_a_singular_pose_the_quadratic_program_stays_slow(arm: SerialArm) -
     settings = JointSettings()
     law = QuadraticJoints(arm, settings)
     for twist in 0.1 * np.eye(6):
-        velocities = law.wish(state, jacobian, wish(arm, twist)).velocities
+        velocities = law.setpoint(state, jacobian, hand_setpoint(arm, twist)).velocities
         assert np.abs(velocities).max() < 0.1 / settings.damping + 0.5
 
 
@@ -288,8 +294,8 @@ def test_a_hand_outside_its_workspace_may_only_come_back(arm: SerialArm) -> None
     assert limits.upper[0] < 0 < limits.lower[2]
     jacobian = arm.jacobian(arm.state().positions)[:, :7]
     out = pseudo_inverse(jacobian) @ np.array([0.5, 0.2, -0.5, 0, 0, 0])
-    wished = JointWish(out, hand_weights(jacobian, 0.3))
-    found = limited(arm, wished, walls=limits.rows(jacobian))
+    setpoint = JointSetpoint(out, hand_weights(jacobian, 0.3))
+    found = limited(arm, setpoint, walls=limits.rows(jacobian))
     twist = jacobian @ found.velocities
     assert twist[0] < 0 < twist[2] and twist[1] == pytest.approx(0.2, abs=1e-3)
     assert found.reasons == {Reason.WORKSPACE}

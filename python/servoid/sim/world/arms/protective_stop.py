@@ -43,7 +43,7 @@ class ProtectiveStop:
         self._unexplained[:] = 0.0
 
 
-def borne_torques(robot: Robot, model: Any, start: Floats, share: float) -> Floats:
+def stop_torques(robot: Robot, model: Any, start: Floats, share: float) -> Floats:
     """Return the thresholds (N,) in N m of external torques on an arm's joints.
 
     They are a share of each joint's maximum torque. For a joint without a maximum, it is the torque

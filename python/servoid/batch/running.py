@@ -88,8 +88,8 @@ def _run(
     tasks = [_task(works, index, where[0]) for index, where in enumerate(places)]
     count = sum(map(len, places))
     recalled, ended, failed = len(found) - count, 0, 0
-    tell = watch or (lambda _: None)
-    tell(BatchProgress(recalled, 0, len(found), recalled, None))
+    report = watch or (lambda _: None)
+    report(BatchProgress(recalled, 0, len(found), recalled, None))
     began = time.monotonic()
     # Closing ends the workers when the caller stops early.
     with closing(workers.entries(tasks)) as entries:
@@ -100,7 +100,7 @@ def _run(
             ended += len(places[index])
             failed += len(places[index]) if done.row is None else 0
             left = (time.monotonic() - began) / ended * (count - ended)
-            tell(BatchProgress(recalled + ended, failed, len(found), recalled, left))
+            report(BatchProgress(recalled + ended, failed, len(found), recalled, left))
 
 
 def _missing(works: Sequence[Work], found: dict[_Where, Done | None]) -> dict[str, list[_Where]]:

@@ -94,8 +94,8 @@ def _field(name: str, kind: Any) -> "pyarrow.Field":
     """Return the column of a field, with the metadata of the field's type."""
     import pyarrow
 
-    said = [part.description for part in get_args(kind)[1:] if isinstance(part, Meta)]
-    words = " ".join(text for text in said if text) if get_origin(kind) is Annotated else ""
+    descriptions = [part.description for part in get_args(kind)[1:] if isinstance(part, Meta)]
+    words = " ".join(text for text in descriptions if text) if get_origin(kind) is Annotated else ""
     metadata = {"description": words} if words else None
     return pyarrow.field(name, _kind(name, kind), metadata=metadata)
 

@@ -50,7 +50,7 @@ def _lines(task: str, console: Console) -> Iterator[Update]:
     latest: list[tuple[float | None, str]] = [(0.0, "")]
     over = threading.Event()
 
-    def tell() -> None:
+    def report() -> None:
         seconds = 0.0
         while not over.wait(_LINE_S):
             seconds += _LINE_S
@@ -64,10 +64,10 @@ def _lines(task: str, console: Console) -> Iterator[Update]:
     def update(share: float | None, note: str) -> None:
         latest[0] = (share, note)
 
-    teller = threading.Thread(target=tell, name="progress", daemon=True)
-    teller.start()
+    reporter = threading.Thread(target=report, name="progress", daemon=True)
+    reporter.start()
     try:
         yield update
     finally:
         over.set()
-        teller.join()
+        reporter.join()

@@ -14,7 +14,7 @@ from servoid.errors import ServoidError
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)
 
-_MOST_TOLD = 8  # tables with missing keys to report
+_MOST_REPORTED = 8  # tables with missing keys to report
 
 _PLAIN_WORDS = {
     "`array`": "a list",
@@ -60,8 +60,8 @@ def convert(
         # Only the first unknown key is reported, as others may follow from it; all missing keys
         # are.
         unknown = [words for words, is_missing in complaints if not is_missing]
-        told = unknown[:1] or [words for words, _ in complaints[:_MOST_TOLD]]
-        raise error(place + "; ".join(told).replace("; , ", "; "))
+        reported = unknown[:1] or [words for words, _ in complaints[:_MOST_REPORTED]]
+        raise error(place + "; ".join(reported).replace("; , ", "; "))
     for where in _not_finite(data, ()):
         raise error(f"{place}{_at(where)}: the number is not finite; write a finite number")
     try:

@@ -223,11 +223,11 @@ def _with_spread(
     marked: Marked, samples: RangeSamples, request: Request, notes: list[str]
 ) -> list[CaptureView]:
     """Propagate masks to the other views, and list all views in their order."""
-    tell = request.progress
+    report = request.progress
 
     def show(share: float) -> None:
-        if tell is not None:
-            tell(Progress(0, 0.0, share, "finding the object in the other views"))
+        if report is not None:
+            report(Progress(0, 0.0, share, "finding the object in the other views"))
 
     try:
         found = propagate_masks(

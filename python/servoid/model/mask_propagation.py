@@ -50,9 +50,9 @@ def propagate_masks(
         CaptureError, ImageError: an image or a depth image cannot be used.
 
     """
-    tell = progress or (lambda _: None)
+    report = progress or (lambda _: None)
     images = in_parallel(CaptureView.image, others)
-    tell(0.1)
+    report(0.1)
     natives = [view.view() for view in marked]
     body = initial_body(
         natives,
@@ -65,7 +65,7 @@ def propagate_masks(
     pictures = _pictures(body, marked, others, images, samples)
     found: list[CaptureView] = []
     for turn, count in enumerate(_ELLIPSOIDS):
-        tell((turn + 1) / (len(_ELLIPSOIDS) + 1))
+        report((turn + 1) / (len(_ELLIPSOIDS) + 1))
         found = _masked(body, pictures, samples, turn)
         if not found:
             raise TargetError(

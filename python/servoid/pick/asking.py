@@ -53,7 +53,7 @@ class Asking:
             TargetError: the text is neither a box nor a click, or nothing is found.
 
         """
-        found = self._sought(text).found
+        found = self._segmented(text).found
         share = 100.0 * float((found.mask != 0).mean())
         return {
             "overlay": base64.b64encode(draw_found(found.mask)).decode(),
@@ -64,9 +64,9 @@ class Asking:
 
     def choose(self, text: str) -> Choice:
         """Return a mark as the choice, with what it finds; errors as for `seek`."""
-        return self._sought(text)
+        return self._segmented(text)
 
-    def _sought(self, text: str) -> Choice:
+    def _segmented(self, text: str) -> Choice:
         mark = replace(read_mark(text), view=self.question.view)
         with self._one_at_a_time:
             if self._last is None or self._last.target != mark:

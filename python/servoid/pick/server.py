@@ -195,10 +195,10 @@ class _Handler(BaseHTTPRequestHandler):
 
         """
         try:
-            told = json.loads(self.rfile.read(self._request().body_length or 0))
+            body = json.loads(self.rfile.read(self._request().body_length or 0))
         except (ValueError, RecursionError):
-            told = None
-        text = told.get("target") if isinstance(told, dict) else None
+            body = None
+        text = body.get("target") if isinstance(body, dict) else None
         if not isinstance(text, str):
             raise TargetError('the request has no target; send {"target": "click:320,240"}')
         return text

@@ -67,11 +67,11 @@ def _map(matched: Matched, progress: Callable[[float], None] | None) -> list[Any
             cancellation_token=token,
         )
 
-    def tell() -> None:
+    def report() -> None:
         if progress is not None:
             progress(min(1.0, done[0] / len(matched.names)))
 
-    return list(run(work, tell).values())
+    return list(run(work, report).values())
 
 
 def _polish(model: Any, diagonal_px: float) -> tuple[Floats, bool]:
@@ -169,9 +169,9 @@ def _solution(
         rigid = image.cam_from_world()
         x, y, z, w = rigid.rotation.quat
         camera_from_world = Pose.from_parts(rigid.translation, (w, x, y, z))
-        told = [point for point in image.points2D if point.has_point3D()]
-        rows = np.array([row_of[point.point3D_id] for point in told], np.int64)
-        places = np.array([point.xy for point in told]).reshape(-1, 2) - _CORNER
+        triangulated = [point for point in image.points2D if point.has_point3D()]
+        rows = np.array([row_of[point.point3D_id] for point in triangulated], np.int64)
+        places = np.array([point.xy for point in triangulated]).reshape(-1, 2) - _CORNER
         off = lens.project(camera_from_world.transform(points[rows])) - places
         poses.append(camera_from_world.inverse())
         seen.append(rows)

@@ -82,13 +82,13 @@ def match(
     is not zero. With `moving_only`, features that stay at their position in the image are left out,
     as if only the object moved.
     """
-    tell = progress or (lambda _: None)
+    report = progress or (lambda _: None)
     most = _MOST_IN_FILM if is_film else _MOST_FEATURES
-    _extract(folder, files, database, masks, (most, threads), lambda share: tell(0.5 * share))
+    _extract(folder, files, database, masks, (most, threads), lambda share: report(0.5 * share))
     if focal_px is not None:
         _set_focal(database, focal_px)
     pairs = choose_pairs(len(files), is_film=is_film)
-    _compare(files, pairs, database, moving_only, threads, lambda s: tell(0.5 + 0.5 * s))
+    _compare(files, pairs, database, moving_only, threads, lambda s: report(0.5 + 0.5 * s))
     return _read(files, database)
 
 
@@ -116,7 +116,7 @@ def _extract(
     database: Path,
     masks: Path | None,
     effort: tuple[int, int | None],
-    tell: Share,
+    report: Share,
 ) -> None:
     colmap = pycolmap()
     options = colmap.FeatureExtractionOptions()
@@ -146,7 +146,7 @@ def _extract(
             )
 
         run(work)
-        tell((first + len(some)) / len(files))
+        report((first + len(some)) / len(files))
 
 
 def _set_focal(database: Path, focal_px: float) -> None:
@@ -164,7 +164,7 @@ def _compare(
     database: Path,
     moving_only: bool,
     threads: int | None,
-    tell: Share,
+    report: Share,
 ) -> None:
     colmap = pycolmap()
     matching = colmap.FeatureMatchingOptions()
@@ -192,7 +192,7 @@ def _compare(
             )
 
         run(work)
-        tell((at + len(some)) / len(starts))
+        report((at + len(some)) / len(starts))
     _sort(database)
 
 

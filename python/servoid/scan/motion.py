@@ -60,16 +60,16 @@ def check_standing(matched: Matched) -> None:
         ScanError: it is; the message reports if an object moves before it.
 
     """
-    told = {
+    standing = {
         pair: _standing(matched, pair, matches)
         for pair, matches in sorted(matched.alike.items())
         if len(matches) >= _LEAST_MATCHES
     }
-    still = float(np.median([one.still for one in told.values()])) if told else 0.0
+    still = float(np.median([one.still for one in standing.values()])) if standing else 0.0
     if still < _STANDS:
         return
     # A turning object matches only between neighbouring images.
-    near = [one for (first, second), one in told.items() if second - first <= _NEXT]
+    near = [one for (first, second), one in standing.items() if second - first <= _NEXT]
     moving = [one for one in near if one.moved >= _OTHER and one.moved_count >= _OTHER_COUNT]
     if 2 * len(moving) >= max(1, len(near)):
         share = np.median([one.moved for one in moving])

@@ -79,10 +79,10 @@ class _Work:
     def fill(self, draft: Path) -> Scan:
         """Write the capture into an empty folder, stage by stage."""
         _check_count(self.footage.path, len(self.footage.names))
-        with self._stage("key images") as tell:
-            keys = choose_keys(self.footage, self.request.keys(), lambda s: tell(0.6 * s))
+        with self._stage("key images") as report:
+            keys = choose_keys(self.footage, self.request.keys(), lambda s: report(0.6 * s))
             (draft / IMAGES).mkdir()
-            staged = stage(self.footage, keys, draft / IMAGES, lambda s: tell(0.6 + 0.4 * s))
+            staged = stage(self.footage, keys, draft / IMAGES, lambda s: report(0.6 + 0.4 * s))
         with tempfile.TemporaryDirectory(prefix="servoid-scan-") as scratch:
             solution = self._solve(staged, Path(scratch))
             check_found(solution, len(keys))
@@ -108,9 +108,9 @@ class _Work:
 
     def _solve(self, staged: Staged, scratch: Path) -> Solution:
         request = self.request
-        with self._stage("features") as tell:
+        with self._stage("features") as report:
             masks = self._inside(staged, scratch / "inside")
-            tell(_MASKING)
+            report(_MASKING)
             matched = match(
                 staged.folder,
                 staged.files,
@@ -120,14 +120,14 @@ class _Work:
                 masks=masks,
                 moving_only=request.turntable,
                 threads=request.threads,
-                progress=lambda s: tell(_MASKING + (1.0 - _MASKING) * s),
+                progress=lambda s: report(_MASKING + (1.0 - _MASKING) * s),
             )
             motion.check_features(matched)
             if not request.turntable:
                 motion.check_standing(matched)
             motion.check_turning(matched)
-        with self._stage("poses") as tell:
-            solution = place_images(matched, tell)
+        with self._stage("poses") as report:
+            solution = place_images(matched, report)
             if solution is None:
                 motion.refuse_unplaced(matched)
             return solution
@@ -164,12 +164,12 @@ class _Work:
         start = time.perf_counter()
         self.times[name] = 0.0
 
-        def tell(share: float) -> None:
+        def report(share: float) -> None:
             if self.request.progress is not None:
                 self.request.progress(before + _SHARES[name] * share, name)
 
-        tell(0.0)
-        yield tell
+        report(0.0)
+        yield report
         self.times[name] = time.perf_counter() - start
 
 

@@ -64,9 +64,9 @@ def stage(
 
     """
     chosen = list(names)
-    tell = progress or (lambda _: None)
+    report = progress or (lambda _: None)
     if footage.is_film:
-        return _stage_film(footage, chosen, folder, tell)
+        return _stage_film(footage, chosen, folder, report)
     photos = {name: _look(footage.file_of(name) or footage.path) for name in chosen}
     upright = len({one.upright_px for one in photos.values()}) == 1
     sizes = {n: one.upright_px if upright else one.stored_px for n, one in photos.items()}
@@ -74,7 +74,7 @@ def stage(
     files = []
     for done, (name, photo) in enumerate(photos.items(), 1):
         files.append(_stage_photo(folder, name, photo, size))
-        tell(done / len(photos))
+        report(done / len(photos))
     notes = (
         ()
         if upright
@@ -91,14 +91,14 @@ def _look(file: Path) -> _Photo:
 
 
 def _stage_film(
-    footage: Footage, chosen: list[str], folder: Path, tell: Callable[[float], None]
+    footage: Footage, chosen: list[str], folder: Path, report: Callable[[float], None]
 ) -> Staged:
     files, size = [], (0, 0)
     for name, image in footage.images(chosen):
         files.append(f"{name}.jpg")
         (folder / files[-1]).write_bytes(encode(image))
         size = (image.shape[1], image.shape[0])
-        tell(len(files) / len(chosen))
+        report(len(files) / len(chosen))
     return Staged(folder, tuple(files), size, None)
 
 

@@ -15,7 +15,7 @@ from servoid.source.source import Instant
 _POLL_S = 0.001
 _FIRST_S = 3.0  # within which all cameras should start
 _MOST_WHY = 4  # notices that give the reason why no image came
-_TOLD_S = 0.25  # period of reports that no image comes
+_REPORT_S = 0.25  # period of reports that no image comes
 
 Keep = Callable[[RawInstant], None]
 
@@ -43,7 +43,7 @@ class Feed:
         comes, and None once one does.
         """
         self._source, self._name, self._is_over = source, name, is_over
-        self._keep, self._told = keep, told
+        self._keep, self._report_silence = keep, told
         self._ideals = tuple(Ideal(camera.lens) for camera in source.rig)
         self._count, self._last_index = 0, -1
         self._first: RawInstant | None = None
@@ -93,17 +93,17 @@ class Feed:
         return self._count
 
     def _next(self) -> RawInstant | None:
-        asked_s = told_s = time.monotonic()
+        asked_s = reported_s = time.monotonic()
         while not self._is_over():
             raw = self._source.newest_raw()
             if raw is not None:
-                if told_s > asked_s:
-                    self._told(None)
+                if reported_s > asked_s:
+                    self._report_silence(None)
                 return raw
             now_s = time.monotonic()
-            if now_s > told_s + _TOLD_S:
-                told_s = now_s
-                self._told(self._source.silence())
+            if now_s > reported_s + _REPORT_S:
+                reported_s = now_s
+                self._report_silence(self._source.silence())
             time.sleep(_POLL_S)
         return None
 

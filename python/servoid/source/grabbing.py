@@ -21,7 +21,7 @@ _FEW_STEPS = 3
 _PATIENCE = 2.5  # usual periods without an image, after which a camera counts as silent
 _MISSED = 1.6  # usual periods between images, from which one counts as missing
 _AWAITS = "the camera awaits a trigger, or reports no rate"
-_MOST_TOLD = 16  # pending notices for the next observation
+_MOST_PENDING = 16  # pending notices for the next observation
 
 
 @runtime_checkable
@@ -109,7 +109,7 @@ class Grabber:
         self._silent_s = silent_s
         self._shots: deque[Shot] = deque(maxlen=_KEPT)
         self._steps_s: deque[float] = deque(maxlen=_STEPS)
-        self._notices: deque[str] = deque(maxlen=_MOST_TOLD)
+        self._notices: deque[str] = deque(maxlen=_MOST_PENDING)
         self._stamps = DeviceClock()
         self._fault: str | None = None
         self._lost = ""
@@ -150,9 +150,9 @@ class Grabber:
     def notices(self) -> tuple[str, ...]:
         """Return the notices since the previous call, oldest first."""
         with self._lock:
-            told = tuple(dict.fromkeys(self._notices))
+            notices = tuple(dict.fromkeys(self._notices))
             self._notices.clear()
-        return told
+        return notices
 
     def silence(self, now_s: float) -> tuple[float, str]:
         """Return for how many seconds no image has arrived, and the known reason."""
@@ -191,7 +191,7 @@ class Grabber:
                 failures = 0
                 continue
             failures = 0 if fault == _AWAITS else failures + 1
-            self._say(fault)
+            self._set_fault(fault)
             if self._reopen is not None and (is_lost or failures >= self._tries):
                 self._give_up(self._device, fault)
             else:
@@ -202,7 +202,7 @@ class Grabber:
         try:
             device.release()
         except Exception as error:  # the device is gone, so closing it may fail
-            self._say(_said(error))
+            self._set_fault(_text(error))
 
     def _is_back(self) -> bool:
         """Try to reopen the device, and return whether it is available."""
@@ -211,12 +211,12 @@ class Grabber:
         try:
             self._device = self._reopen()
         except Exception:  # the next attempt may succeed
-            self._say(f"{self._lost}; it cannot be opened yet")
+            self._set_fault(f"{self._lost}; it cannot be opened yet")
             return False
-        self._say(f"{self._lost}; it was opened anew")
+        self._set_fault(f"{self._lost}; it was opened anew")
         return True
 
-    def _say(self, fault: str) -> None:
+    def _set_fault(self, fault: str) -> None:
         with self._lock:
             self._fault = fault
 
@@ -230,11 +230,11 @@ class Grabber:
             found, data = device.retrieve()
         except EndedError as error:
             self._has_ended = True
-            return _said(error), False
+            return _text(error), False
         except LostDeviceError as error:
-            return _said(error), True
+            return _text(error), True
         except Exception as error:  # to the arm, any error of a driver is silence
-            return _said(error), False
+            return _text(error), False
         if not found:
             return "the image cannot be decoded", False
         self._keep(data if isinstance(data, Delivery) else Delivery((data,)), arrived_s)
@@ -252,13 +252,13 @@ class Grabber:
                 self._notices.append(fault)
             if not delivery.images:
                 return
-            self._tell_gap(time_s, arrived_s, delivery.missing is not None)
+            self._report_gap(time_s, arrived_s, delivery.missing is not None)
             self._count += 1
             encoded = getattr(delivery, "encoded", None)
             self._shots.append(Shot(time_s, delivery.images, self._count, delivery.depths, encoded))
             self._last_s, self._fault = arrived_s, None
 
-    def _tell_gap(self, time_s: float, arrived_s: float, is_numbered: bool) -> None:
+    def _report_gap(self, time_s: float, arrived_s: float, is_numbered: bool) -> None:
         """Report a silence that has ended, and images that must be missing before this one."""
         silent_s = arrived_s - self._last_s
         if not self._shots:
@@ -279,5 +279,5 @@ def _missing(count: int) -> str:
     return f"{count} {'image is' if count == 1 else 'images are'} missing before this one"
 
 
-def _said(error: Exception) -> str:
+def _text(error: Exception) -> str:
     return str(error) or type(error).__name__

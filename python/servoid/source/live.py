@@ -240,7 +240,7 @@ class Live:
             if notice is not None:
                 notices.append(f"camera {camera.name}: {notice}")
         for place, grabber in enumerate(self._grabbers):
-            notices.extend(f"camera {self._name(place)}: {told}" for told in grabber.notices())
+            notices.extend(f"camera {self._name(place)}: {text}" for text in grabber.notices())
         time_s = moment_s - self._settings.delay_s
         return RawInstant(
             index=self._index,

@@ -124,9 +124,9 @@ def _viewpoint(
 
 def _put_scale(page: Page, metres_per_px: float, x_px: int, y_px: int) -> None:
     """Draw a scale bar of a round length, about a fifth of the large panel long."""
-    wish = 0.22 * _LARGE_PX * metres_per_px
-    ten = 10.0 ** np.floor(np.log10(wish))
-    length = max(step * ten for step in (1.0, 2.0, 5.0) if step * ten <= wish)
+    longest = 0.22 * _LARGE_PX * metres_per_px
+    ten = 10.0 ** np.floor(np.log10(longest))
+    length = max(step * ten for step in (1.0, 2.0, 5.0) if step * ten <= longest)
     end = x_px + round(length / metres_per_px)
     cv2.line(page.pixels, (x_px, y_px), (end, y_px), (34, 34, 34), 3)
     page.texts.append(Text(end + 12, y_px + 6, f"{1000 * length:g} mm", size_px=18))

@@ -57,7 +57,7 @@ def verdict(scored: list[ScoredView], fitness: float) -> list[str]:
     worst = min(scored, key=lambda one: one.iou)
     mean = float(np.mean([one.iou for one in scored]))
     word = next(word for word, least in _VERDICTS if worst.iou >= least)
-    said = [
+    sentences = [
         f"{word}: the body explains {_percent(worst.iou)} of the worst view, {worst.view.name}, "
         f"and {_percent(mean)} on average, measured by the IoU of mask and silhouette."
     ]
@@ -66,11 +66,11 @@ def verdict(scored: list[ScoredView], fitness: float) -> list[str]:
         names = ", ".join(one.view.name for one in poor[:_MOST_NAMED])
         more = f" and {len(poor) - _MOST_NAMED} more" if len(poor) > _MOST_NAMED else ""
         verb = "view has" if len(poor) == 1 else "views have"
-        said.append(
+        sentences.append(
             f"{len(poor)} of {len(scored)} {verb} less than {_percent(_VERDICTS[0][1])}: {names}"
             f"{more}. Look at their masks and poses first."
         )
-    return said
+    return sentences
 
 
 def _percent(share: float) -> str:

@@ -66,7 +66,7 @@ def test_images_of_a_gige_camera_are_whole_consecutive_and_stamped_by_its_clock(
 def test_a_gige_camera_is_listed_by_the_name_that_opens_it(tmp_path: Path) -> None:
     with gige_camera(tmp_path, textured(1)):
         (found,) = [one for one in list_genicam() if one.name.endswith(SERIAL)]
-        assert "serial number S1, GigEVision at 127.0.0.1" in found.said
+        assert "serial number S1, GigEVision at 127.0.0.1" in found.description
         GenicamVideo(found.name).release()
         with pytest.raises(
             CaptureError, match=rf"no camera can be opened as genicam:lost.*{found.name}"

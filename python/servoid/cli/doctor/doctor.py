@@ -77,18 +77,18 @@ def _library_rows(machine: Machine) -> Iterator[Row]:
         yield "libraries", "not known: servoid is not installed as a package"
         return
     for extra, found in machine.libraries.items():
-        said = ", ".join(f"{name} {number or 'missing'}" for name, number in found.items())
+        words = ", ".join(f"{name} {number or 'missing'}" for name, number in found.items())
         if not found:
-            said = f"not available for {machine.system}"
+            words = f"not available for {machine.system}"
         elif extra != NEEDED and None in found.values():
-            said += f"; install with: pip install 'servoid[{extra}]'"
-        yield extra if extra == NEEDED else f"[{extra}]", said
+            words += f"; install with: pip install 'servoid[{extra}]'"
+        yield extra if extra == NEEDED else f"[{extra}]", words
 
 
 def _cores(machine: Machine) -> str:
     count, usable = machine.cores, machine.usable_cores
-    said = str(count) if usable == count else f"{usable} of {count}"
-    return said if machine.processor is None else f"{said}, {machine.processor}"
+    text = str(count) if usable == count else f"{usable} of {count}"
+    return text if machine.processor is None else f"{text}, {machine.processor}"
 
 
 def _camera_words(camera: Camera) -> str:
@@ -126,10 +126,10 @@ def _test_rows(test: SelfTest) -> Iterator[Row]:
 
 
 def _print_json(machine: Machine, test: SelfTest | None, problems: list[str]) -> None:
-    said = asdict(machine) | {
+    report = asdict(machine) | {
         "self_test": None
         if test is None
         else asdict(test) | {"is_right": test.is_right, "keeps_up": test.keeps_up},
         "problems": problems,
     }
-    typer.echo(msgspec.json.format(msgspec.json.encode(said), indent=2).decode())
+    typer.echo(msgspec.json.format(msgspec.json.encode(report), indent=2).decode())

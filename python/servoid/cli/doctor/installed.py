@@ -85,8 +85,8 @@ def _applies(marker: str, python: str, machine: str) -> bool:
     def of_machine(one: re.Match[str]) -> str:
         return str((one["machine"] == machine) == (one["sign"] == "=="))
 
-    told = _MACHINE.sub(of_machine, _PYTHON.sub(of_python, marker))
-    return _holds(ast.parse(_OTHER.sub("True", told).strip(), mode="eval").body)
+    decided = _MACHINE.sub(of_machine, _PYTHON.sub(of_python, marker))
+    return _holds(ast.parse(_OTHER.sub("True", decided).strip(), mode="eval").body)
 
 
 def _holds(part: ast.expr) -> bool:

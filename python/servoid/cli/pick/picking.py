@@ -60,10 +60,10 @@ def run_pick(order: Order) -> None:
             f"nobody chose within {digits(order.timeout_s)} s; open the printed address, or "
             "give --timeout more seconds"
         )
-    _tell(choice, order.mask)
+    _print_choice(choice, order.mask)
 
 
-def _tell(choice: Choice, mask: Path | None) -> None:
+def _print_choice(choice: Choice, mask: Path | None) -> None:
     """Print nothing but the option to standard output, so that a command can take it."""
     if choice.found.doubt is not None:
         typer.echo(

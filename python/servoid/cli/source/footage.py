@@ -55,7 +55,7 @@ class LiveFootage:
     """The images of a live source from its first one on, for `duration_s` or until Ctrl-C.
 
     Times are in seconds since it was opened, `began`. Tracked images are recorded to `record`.
-    `told` is called with the reason while no image comes, and with None once one does.
+    `report_silence` is called with the reason while no image comes, and with None once one does.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class LiveFootage:
 
         """
         began_s = time.monotonic()
-        self.told: Callable[[str | None], None] = lambda _: None
+        self.report_silence: Callable[[str | None], None] = lambda _: None
         self.began: datetime = datetime.now(timezone.utc)
         self._duration_s, self._first_s, self._opened_s = duration_s, 0.0, began_s
         with ExitStack() as stack:
@@ -94,7 +94,7 @@ class LiveFootage:
                 name=word.text,
                 is_over=self._is_over,
                 keep=self._keep,
-                told=lambda why: self.told(why),
+                told=lambda why: self.report_silence(why),
             )
             self.notes: tuple[str, ...] = opened.notes
             self._opened_s = time.monotonic()

@@ -80,7 +80,7 @@ def _found(module: str, function: str) -> str:
         seek: Callable[[], Iterable[object]] = getattr(
             import_module(f"{_DRIVERS}.{module}"), function
         )
-        found = [f"{one.name} ({one.said})" for one in seek()]  # type: ignore
+        found = [f"{one.name} ({one.description})" for one in seek()]  # type: ignore
     except ModuleNotFoundError:
         return "this version of servoid has no such driver"
     except ServoidError as error:

@@ -148,7 +148,7 @@ def _record(order: Order, word: SourceWord) -> None:
         is_calibrated=not is_uncalibrated,
     )
     with footage, progress_bar("recording") as update:
-        footage.told = lambda why: update(footage.passed_share, why or "")
+        footage.report_silence = lambda why: update(footage.passed_share, why or "")
         first_s = last_s = footage.first_time_s
         notices.update(footage.first_notices)
         try:

@@ -247,7 +247,7 @@ def _follow(
                 request, progress=lambda made: update(0.0, f"modelling, {made.share:.0%}")
             )
             if isinstance(footage, LiveFootage):
-                footage.told = lambda why: update(footage.passed_share, why or "")
+                footage.report_silence = lambda why: update(footage.passed_share, why or "")
             for step in footage.steps(subjects, request):
                 collector.add(step)
                 for heed in watch:

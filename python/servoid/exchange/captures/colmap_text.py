@@ -24,7 +24,7 @@ def read_cameras_text(path: Path) -> list[ColmapCamera]:
     """
     cameras = []
     for number, line in _lines(path):
-        if not _says_something(line):
+        if not _has_content(line):
             continue
         place = f"{path}, line {number}"
         cells = line.split()
@@ -49,7 +49,7 @@ def read_images_text(path: Path) -> list[ColmapImage]:
     images = []
     lines = _lines(path)
     for number, line in lines:
-        if not _says_something(line):
+        if not _has_content(line):
             continue
         images.append(_read_image(line, f"{path}, line {number}"))
         # The line of points may be empty, and the last one may be missing.
@@ -78,7 +78,7 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
     return enumerate(read_text(path, CaptureError, COLMAP_FILE).split("\n"), start=1)
 
 
-def _says_something(line: str) -> bool:
+def _has_content(line: str) -> bool:
     return bool(line.strip()) and not line.lstrip().startswith("#")
 
 

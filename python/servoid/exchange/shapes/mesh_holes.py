@@ -23,8 +23,8 @@ from servoid.words import counted
 
 MOST_GUESSED = 0.4  # of the surface: half a ball lacks a third of it, a sheet a half
 _LARGE = 0.1  # across, of the mesh's diagonal: patches of larger holes are reported as a guess,
-_TOLD = 0.005  # if their share of the surface is larger than this
-_TOLD_APART = 0.02  # of the volume: a larger difference between flat and curved patches is reported
+_REPORTED_SHARE = 0.005  # if their share of the surface is larger than this
+_APART = 0.02  # of the volume: a larger difference between flat and curved patches is reported
 _INNER = 0.02  # of the mesh's diagonal, by which the inner of two walls may protrude
 _FACING = float(np.cos(np.radians(40.0)))  # of the directions of two holes that face each other
 _ALIKE = 0.6  # smallest ratio of the widths of two matching holes
@@ -77,7 +77,7 @@ def fill(vertices: Vertices, faces: Faces, *, may_curve: bool) -> Filled:
             f"{counted(len(worst.rim), 'edge')} and {worst.across:.3g} m across, around {at}"
         )
     notes = [_closed_note(holes)]
-    if worst.across > _LARGE * size(vertices) and guessed > _TOLD:
+    if worst.across > _LARGE * size(vertices) and guessed > _REPORTED_SHARE:
         volume = max(abs(signed_volume(corners, closed)), _TINY)
         more = abs(sum(hole.patch.apart for hole in holes)) / volume
         notes.append(_guess_note(guessed, at, more))
@@ -125,7 +125,7 @@ def _guess_note(guessed: float, at: str, apart: float) -> str:
     """Report the guessed share of a surface, and how much the volume depends on it."""
     share = max(100.0 * guessed, 1.0)
     note = f"{share:.0f} % of the surface, most around {at}, is a guess: there was no face"
-    if apart <= _TOLD_APART:
+    if apart <= _APART:
         return note
     return f"{note}; closed flat or curved, the volume differs by {100.0 * apart:.0f} %"
 

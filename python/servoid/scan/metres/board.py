@@ -155,13 +155,13 @@ def _fitted(solution: Solution, board: Board, marks: dict[int, list[tuple[int, F
             f"the board's corners contradict the scan: only {len(numbers)} of {len(marks)} are "
             "where their rays meet; did the board move while the images were taken?"
         )
-    told, true = np.array(places), printed[numbers]
-    told, true = told - told.mean(axis=0), true - true.mean(axis=0)
-    left, sizes, right = np.linalg.svd(true.T @ told)
+    estimated, true = np.array(places), printed[numbers]
+    estimated, true = estimated - estimated.mean(axis=0), true - true.mean(axis=0)
+    left, sizes, right = np.linalg.svd(true.T @ estimated)
     sign = np.sign(np.linalg.det(left @ right))
-    metres = float((sizes * [1.0, 1.0, sign]).sum() / (told**2).sum())
+    metres = float((sizes * [1.0, 1.0, sign]).sum() / (estimated**2).sum())
     turn = left @ np.diag([1.0, 1.0, sign]) @ right
-    off = true - metres * told @ turn.T
+    off = true - metres * estimated @ turn.T
     spread = float(np.sqrt((true**2).sum()))
     deviation = float(np.sqrt((off**2).sum() / max(1, 3 * len(numbers) - 7))) / spread
     images = len({index for seen in marks.values() for index, _ in seen})

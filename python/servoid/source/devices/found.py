@@ -9,10 +9,10 @@ class FoundDevice:
     """A connected device: the name by which it opens, and its description."""
 
     name: str
-    said: str
+    description: str
 
 
-def said_found(devices: Iterable[FoundDevice]) -> str:
+def describe_devices(devices: Iterable[FoundDevice]) -> str:
     """List devices in one sentence."""
-    listed = "; ".join(f"{one.name} ({one.said})" for one in devices)
+    listed = "; ".join(f"{one.name} ({one.description})" for one in devices)
     return f"found: {listed}" if listed else "none was found"

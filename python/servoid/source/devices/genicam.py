@@ -10,7 +10,7 @@ from servoid.errors import CaptureError
 from servoid.source.controls import Controls
 from servoid.source.delivery import Delivery, LostDeviceError
 from servoid.source.devices.aravis import Aravis, AravisError, aravis
-from servoid.source.devices.found import FoundDevice, said_found
+from servoid.source.devices.found import FoundDevice, describe_devices
 from servoid.source.devices.genicam_controls import apply_controls
 from servoid.source.devices.gige import answers
 from servoid.source.devices.pixels import FORMATS, decode_pixels, refused_format
@@ -50,8 +50,8 @@ def list_genicam() -> tuple[FoundDevice, ...]:
             library.call(f"get_device_{what}", place) or "?"
             for what in ("id", "vendor", "model", "serial_nbr", "address", "protocol")
         )
-        said = f"{vendor} {model}, serial number {serial}, {protocol} at {address}"
-        found.append(FoundDevice(name, said))
+        description = f"{vendor} {model}, serial number {serial}, {protocol} at {address}"
+        found.append(FoundDevice(name, description))
     return tuple(found)
 
 
@@ -283,8 +283,9 @@ def _opened(library: Aravis, name: str) -> Any:
         return library.call("camera_new", name)
     except AravisError as reason:
         raise CaptureError(
-            f"no camera can be opened as genicam:{name} ({reason}); {said_found(list_genicam())}; "
-            "one that another program uses must be released first"
+            f"no camera can be opened as genicam:{name} ({reason}); "
+            f"{describe_devices(list_genicam())}; one that another program uses must be released "
+            "first"
         ) from reason
 
 

@@ -12,20 +12,22 @@ _CLOSE = 0.01  # cameras round exposure to lines and gain to steps
 def apply_controls(library: Aravis, camera: Any, controls: Controls) -> tuple[str, ...]:
     """Set a camera, and return what it refused, as messages for the user."""
     device = _Device(library, camera)
-    said = []
+    messages = []
     if controls.lock:
-        said += [device.lock(feature, adapts) for feature, adapts in _locks(controls)]
+        messages += [device.lock(feature, adapts) for feature, adapts in _locks(controls)]
     asked = (
         ("frame_rate", "rate_hz", controls.rate_hz, 1.0),
         ("exposure_time", "exposure_s", controls.exposure_s, 1e-6),
         ("gain", "gain", controls.gain, 1.0),
     )
-    said += [
+    messages += [
         device.set(what, key, value, unit) for what, key, value, unit in asked if value is not None
     ]
     if controls.focus is not None:
-        said.append("the focus of an industrial camera is set at its lens, so focus is not used")
-    return tuple(one for one in said if one is not None)
+        messages.append(
+            "the focus of an industrial camera is set at its lens, so focus is not used"
+        )
+    return tuple(one for one in messages if one is not None)
 
 
 def _locks(controls: Controls) -> list[tuple[str, bool]]:

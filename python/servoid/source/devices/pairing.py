@@ -49,13 +49,13 @@ class Pairing:
 
     def alone(self) -> tuple[str, ...]:
         """Report the images that had no partner since the previous call."""
-        said = tuple(
+        messages = tuple(
             f"{count} {'image' if count == 1 else 'images'} of {name} had no partner of the same "
             "moment"
             for name, count in self._alone.items()
         )
         self._alone.clear()
-        return said
+        return messages
 
     def _moment(self, stamp_s: float) -> Moment:
         """Return the instant with a timestamp, in order among the pending ones."""

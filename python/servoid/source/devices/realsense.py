@@ -16,7 +16,7 @@ from servoid.errors import CaptureError, MissingExtraError
 from servoid.pose import Pose
 from servoid.source.controls import Controls
 from servoid.source.delivery import Delivery, EndedError, LostDeviceError
-from servoid.source.devices.found import FoundDevice, said_found
+from servoid.source.devices.found import FoundDevice, describe_devices
 from servoid.source.devices.pairing import Moment, Pairing
 from servoid.source.devices.realsense_controls import RealSenseControls
 from servoid.source.devices.realsense_streams import Streams, choose_streams
@@ -143,8 +143,8 @@ class RealSenseVideo:
         moment = self._ready.popleft()
         depth, _ = moment.images.get("depth", (None, ()))
         notices = [*self._notices, *self._pairing.alone()]
-        for _, said in moment.images.values():
-            notices += said
+        for _, messages in moment.images.values():
+            notices += messages
         if self._streams.depth is not None and depth is None:
             notices.append("its depth image did not come")
         missing, self._missing, self._notices = self._missing, 0, ()
@@ -255,7 +255,7 @@ def _plugged_in(context: Any, library: Any, serial: str) -> Any:
     fitting = [one for one in devices if serial in ("", _info(library, one, "serial_number"))]
     if len(fitting) == 1:
         return fitting[0]
-    known = said_found(
+    known = describe_devices(
         FoundDevice(_info(library, one, "serial_number"), _info(library, one, "name"))
         for one in devices
     )

@@ -30,28 +30,28 @@ class RealSenseControls:
     def _begin(self) -> tuple[str, ...]:
         """Apply the controls; return what is refused."""
         controls = self._controls
-        said = [self._set("emitter_enabled", 0.0)]
+        messages = [self._set("emitter_enabled", 0.0)]
         if controls.exposure_s is not None or controls.gain is not None:
-            said.append(self._set("enable_auto_exposure", 0.0))
-            said.append(self._set("exposure", controls.exposure_s, 1e6))
-            said.append(self._set("gain", controls.gain))
+            messages.append(self._set("enable_auto_exposure", 0.0))
+            messages.append(self._set("exposure", controls.exposure_s, 1e6))
+            messages.append(self._set("gain", controls.gain))
         if controls.focus is not None:
-            said.append("the focus of a RealSense camera is fixed, so focus is not used")
-        return tuple(one for one in said if one is not None)
+            messages.append("the focus of a RealSense camera is fixed, so focus is not used")
+        return tuple(one for one in messages if one is not None)
 
     def watch(self, frame: Any) -> tuple[str, ...]:
         """Return what is wrong with an image that arrived, as messages for the user."""
         self._count += 1
-        said = [_EMITTER] if self._emits(frame) else []
+        messages = [_EMITTER] if self._emits(frame) else []
         if self._sensor is None:
-            return tuple(said)
-        if said and self._set("emitter_enabled", 0.0) is not None:
-            said.append("the device refuses to switch the emitter off")
+            return tuple(messages)
+        if messages and self._set("emitter_enabled", 0.0) is not None:
+            messages.append("the device refuses to switch the emitter off")
         values = {name: _known(self._library, frame, name) for name in _MEASURED}
         known = {name: value for name, value in values.items() if value is not None}
         if not self._is_settled:
-            return (*said, *self._settle(known))
-        return (*said, *self._changes(known)) if self._controls.lock else tuple(said)
+            return (*messages, *self._settle(known))
+        return (*messages, *self._changes(known)) if self._controls.lock else tuple(messages)
 
     def _emits(self, frame: Any) -> bool:
         """Return whether the emitter was on in an image, from its metadata or by query."""
@@ -73,23 +73,23 @@ class RealSenseControls:
         self._is_settled = True
         if not self._get("enable_auto_exposure"):
             return ()
-        said = [
+        messages = [
             self._set("enable_auto_exposure", 0.0),
             self._set("exposure", known.get("actual_exposure")),
             self._set("gain", known.get("gain_level")),
         ]
-        return tuple(one for one in said if one is not None)
+        return tuple(one for one in messages if one is not None)
 
     def _changes(self, known: dict[str, float]) -> tuple[str, ...]:
         """Report values that changed since the previous image, though they are locked."""
-        said = [
+        messages = [
             f"its {_MEASURED[name]} changed from {self._usual[name]:g} to {value:g}, though locked"
             for name, value in known.items()
             if name in self._usual
             and abs(value - self._usual[name]) > _CLOSE * abs(self._usual[name])
         ]
         self._usual = known
-        return tuple(said)
+        return tuple(messages)
 
     def _get(self, name: str) -> float | None:
         option, sensor = getattr(self._library.option, name), self._sensor

@@ -44,8 +44,8 @@ def lock_webcam(video: Any, controls: Controls) -> tuple[str, ...]:
     asked += [("gain", cv2.CAP_PROP_GAIN, controls.gain)]
     asked += [("focus", cv2.CAP_PROP_FOCUS, controls.focus)]
     asked += [("rate", cv2.CAP_PROP_FPS, controls.rate_hz)]
-    said = [_set(video, name, key, value) for name, key, value in asked if value is not None]
-    return tuple(one for one in said if one is not None)
+    messages = [_set(video, name, key, value) for name, key, value in asked if value is not None]
+    return tuple(one for one in messages if one is not None)
 
 
 def _set(video: Any, name: str, key: int, value: float) -> str | None:

@@ -83,8 +83,8 @@ def spread(places: NDArray[np.float64], gap: float) -> NDArray[np.float64]:
     steps = gap * np.arange(len(places))
     # With the steps subtracted, the positions must not decrease: pool adjacent violators.
     pools: list[list[float]] = []
-    for wish in places[order] - steps:
-        pools.append([float(wish)])
+    for place in places[order] - steps:
+        pools.append([float(place)])
         while len(pools) > 1 and np.mean(pools[-2]) > np.mean(pools[-1]):
             last = pools.pop()
             pools[-1] += last

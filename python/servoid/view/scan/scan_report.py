@@ -57,24 +57,24 @@ def _verdict(scan: Scan) -> str:
 def _words(scan: Scan) -> list[str]:
     solution = scan.solution
     size = "x".join(map(str, solution.lens.size_px))
-    said = [
+    sentences = [
         f"The camera of {size} pixels has a focal length of {solution.focal_px:.1f} px, with a "
         f"standard deviation of {solution.focal_std_px:.1f} px: a horizontal field of view of "
         f"{_view_deg(scan):.1f} degrees. The reprojection error of the features is "
         f"{solution.rms_px:.2f} px (root mean square)."
     ]
     if scan.scale is None:
-        said.append(
+        sentences.append(
             "The scale is unknown: lengths are not in metres, but in units of the median "
             "distance from the camera to the points."
         )
     else:
-        said.append(
+        sentences.append(
             f"The scale was found {scan.scale.words}, with a standard deviation of "
             f"{100 * scan.scale.deviation:.2g} %; the median distance from the camera to the "
             f"points is {digits(round(solution.distance, 3))} m."
         )
-    return said
+    return sentences
 
 
 def _view_deg(scan: Scan) -> float:

@@ -95,7 +95,7 @@ def _verdict(log: ServoLog) -> list[str]:
     held = sum(hold.seconds for hold in holds(log))
     lasted = float(times[-1] - times[0])
     limits = limited_s(log)
-    said = [
+    sentences = [
         f"In the second half of the run the hand was {np.median(known):.1f} mm from its goal "
         f"(median), {np.quantile(known, 0.95):.1f} mm at 95 %; "
         + (f"it was held for {held:.1f} of {lasted:.1f} s." if held else "it was never held.")
@@ -105,10 +105,10 @@ def _verdict(log: ServoLog) -> list[str]:
         # A goal that is out of reach also causes other limits to act.
         if limits.get(Reason.UNREACHABLE, 0.0) >= 0.5 * limits[most]:
             most = Reason.UNREACHABLE
-        said.append(
+        sentences.append(
             f"Its most frequent limit, for {limits[most]:.1f} of {lasted:.1f} s: {most.value}."
         )
-    return said
+    return sentences
 
 
 def _limited(log: ServoLog) -> dict[str, str]:

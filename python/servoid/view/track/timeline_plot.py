@@ -93,11 +93,11 @@ def _draw_notices(axes: "Axes", notices: dict[str, list[float]]) -> None:
     """Draw a lane for each kind of notice, below its text."""
     for lane, (words, when) in enumerate(notices.items()):
         axes.plot(when, np.full(len(when), lane + 0.25), "|", color=DISTINCT[1], markersize=7)
-        said = words if len(words) <= 110 else words[:109] + "…"
+        label = words if len(words) <= 110 else words[:109] + "…"
         axes.text(
             0.005,
             lane - 0.18,
-            f"{said} ({len(when)})",
+            f"{label} ({len(when)})",
             transform=axes.get_yaxis_transform(),
             va="center",
             fontsize=8.5,

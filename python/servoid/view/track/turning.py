@@ -82,10 +82,10 @@ def corrections_of(tracked: Sequence[Tracked]) -> list[Correction]:
     found: list[Correction] = []
     for place, one in enumerate(tracked):
         for notice in one.notices:
-            said = _CORRECTED.match(notice)
-            causes = [cause for cause in Cause if said is not None and said[1] == cause.value]
-            if said is not None and causes:
-                angle = float(np.radians(float(said[2])))
+            match = _CORRECTED.match(notice)
+            causes = [cause for cause in Cause if match is not None and match[1] == cause.value]
+            if match is not None and causes:
+                angle = float(np.radians(float(match[2])))
                 found.append(Correction(place, one.estimate.time_s, causes[0], angle))
     return found
 

@@ -11,7 +11,7 @@ from servoid.words import counted, digits
 APART_S = 0.025
 """Maximum seconds between images of one observation; less at higher image rates."""
 
-_TOLD_NS = NS_PER_S // 1000
+_REPORTED_NS = NS_PER_S // 1000
 _MS_PER_NS = 1e-6
 
 
@@ -73,7 +73,7 @@ def pairing_notes(
             for here, there in ((one.places[0], one.places[camera]) for one in moments)
             if here is not None and there is not None
         ]
-        if off and float(np.median(off)) > _TOLD_NS:
+        if off and float(np.median(off)) > _REPORTED_NS:
             usual, worst = (_MS_PER_NS * float(one) for one in (np.median(off), max(off)))
             notes.append(
                 f"images of {names[0]} and {name} were taken {digits(usual)} ms apart, at most "

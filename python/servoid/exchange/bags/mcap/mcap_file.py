@@ -62,7 +62,7 @@ class McapFile:
                 f"cannot write {self._path}: {stamp_ns * 1e-9:g} s is before 0, which a ROS "
                 "recording cannot represent; let times begin later"
             )
-        with told(self._path):
+        with reporting_write_errors(self._path):
             if topic not in self._connections:
                 self._connections[topic] = self._writer.add_connection(
                     topic,
@@ -91,14 +91,14 @@ def mcap_file(path: str | Path) -> Iterator[McapFile]:
         # The library writes a folder with the file and a summary, which is also in the file.
         folder = Path(drafts) / target.stem
         writer = writer_class(folder, version=_VERSION, storage_plugin=plugin)
-        with told(path):
+        with reporting_write_errors(path):
             writer.open()
         try:
             yield McapFile(path, writer)
         except BaseException:
             writer.abort()
             raise
-        with told(path):
+        with reporting_write_errors(path):
             writer.close()
             draft = folder / f"{folder.name}{SUFFIX}"
             with draft.open("rb+") as file:
@@ -107,7 +107,7 @@ def mcap_file(path: str | Path) -> Iterator[McapFile]:
 
 
 @contextmanager
-def told(path: Path) -> Iterator[None]:
+def reporting_write_errors(path: Path) -> Iterator[None]:
     """Report a disk error as a failure to write `path`."""
     try:
         yield

@@ -119,12 +119,12 @@ class Messages:
 
     def pose(self, stamp_ns: int, frame: str, pose: Pose, covariance: NDArray[np.float64]) -> bytes:
         """Return a PoseWithCovarianceStamped; the covariance is that of `Estimate`."""
-        told = self._make(
+        message = self._make(
             "geometry_msgs/msg/PoseWithCovariance",
             pose=self._pose(pose),
             covariance=ros_covariance(pose, covariance).ravel(),
         )
-        return self._bytes(POSE, header=self._header(stamp_ns, frame), pose=told)
+        return self._bytes(POSE, header=self._header(stamp_ns, frame), pose=message)
 
     def joints(
         self,

@@ -208,29 +208,29 @@ class McapRun:
         made = self._file.messages
         if isinstance(job, _PendingJoints):
             stamp_ns, state = stamp_of(job.state.time_s), job.state
-            told = made.joints(stamp_ns, job.names, state.positions, state.velocities)
-            self._file.add(JOINTS_TOPIC, ros.JOINTS, stamp_ns, told)
+            message = made.joints(stamp_ns, job.names, state.positions, state.velocities)
+            self._file.add(JOINTS_TOPIC, ros.JOINTS, stamp_ns, message)
             return
         stamp_ns = self._recorder.add(self._rig.observe(job.instant))
         for state in job.states:
             self._object(stamp_ns, state)
         if job.states:
             entries = [_diagnosis(state) for state in job.states]
-            told = made.diagnostics(stamp_ns, entries)
-            self._file.add(DIAGNOSTICS_TOPIC, ros.DIAGNOSTICS, stamp_ns, told)
+            message = made.diagnostics(stamp_ns, entries)
+            self._file.add(DIAGNOSTICS_TOPIC, ros.DIAGNOSTICS, stamp_ns, message)
 
     def _object(self, stamp_ns: int, state: ObjectState) -> None:
         """Write an object's pose, if it is to be trusted, and its body if it is new."""
         made, frame = self._file.messages, _frame_of(state.name)
         if state.body is not None:
-            told = made.markers(stamp_ns, frame, state.body, state.colors)
-            self._file.add(topic_of(state.name, "body"), ros.MARKERS, stamp_ns, told)
+            message = made.markers(stamp_ns, frame, state.body, state.colors)
+            self._file.add(topic_of(state.name, "body"), ros.MARKERS, stamp_ns, message)
         estimate = state.estimate
         if estimate is None or estimate.status != "tracking":
             return
         pose = estimate.world_from_object
-        told = made.pose(stamp_ns, WORLD, pose, estimate.covariance)
-        self._file.add(topic_of(state.name, "pose"), ros.POSE, stamp_ns, told)
+        message = made.pose(stamp_ns, WORLD, pose, estimate.covariance)
+        self._file.add(topic_of(state.name, "pose"), ros.POSE, stamp_ns, message)
         link = made.transforms(stamp_ns, [(WORLD, frame, pose)])
         self._file.add(TF_TOPIC, ros.TRANSFORMS, stamp_ns, link)
 

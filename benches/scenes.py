@@ -81,11 +81,11 @@ def measured(scene: Scene, runs: list[Figures], old: Rows) -> Iterable[Row]:
         if before is not None:
             bound = bound_of(row.worst, before.margin, row.sense)
             row = replace(row, margin=before.margin, bound=bound)
-        tell(row, values, before)
+        print_row(row, values, before)
         yield row
 
 
-def tell(row: Row, values: list[float], before: Row | None) -> None:
+def print_row(row: Row, values: list[float], before: Row | None) -> None:
     """Print a row, with the seeds of the worst results."""
     order = sorted(range(len(values)), key=values.__getitem__, reverse=row.sense is Sense.AT_MOST)
     seeds = ", ".join(f"{seed}: {values[seed]:.3g}" for seed in order[:WORST_SEEDS])

@@ -32,7 +32,7 @@ from servoid.model import Request, fit_mesh
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 DRAGON = DATA / "mono" / "dragon_red" / "truth" / "mesh.obj"
 POINTS = 60_000
-TOLD = 0.98  # intersection over union below which bodies are compared
+COMPARED_BELOW = 0.98  # intersection over union below which bodies are compared
 ELLIPSOIDS = 6
 
 Mesh = tuple[Vertices, Faces]
@@ -48,7 +48,7 @@ def closed(vertices: Vertices, faces: Faces, truth: Mesh) -> tuple[float, float]
         return float("nan"), time.perf_counter() - start
     seconds = time.perf_counter() - start
     found = overlap((corners, new), truth, POINTS)
-    if found < TOLD:
+    if found < COMPARED_BELOW:
         less = body_overlap(truth, truth) - body_overlap((corners, new), truth)
         print(f"a mesh with {found:.3f}: its body has {less:.3f} less than the closed mesh's")
     return found, seconds

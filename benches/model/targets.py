@@ -65,16 +65,16 @@ def score(target: Target, image: NDArray[np.uint8], mask: Mask) -> str:
 def steadiness(view: CaptureView) -> list[tuple[int, list[float]]]:
     """Report for each slack how many moved boxes are accepted, and how well each pair agrees."""
     image, mask = view.image(), view.mask()
-    told = []
+    results = []
     for slack in SLACKS:
-        found = [sought(box(mask, slack, move), image) for move in MOVES]
+        found = [segmented(box(mask, slack, move), image) for move in MOVES]
         sure = [one for one in found if one is not None]
         pairs = [overlap(one, other) for at, one in enumerate(sure) for other in sure[:at]]
-        told.append((len(sure), pairs))
-    return told
+        results.append((len(sure), pairs))
+    return results
 
 
-def sought(target: Target, image: NDArray[np.uint8]) -> Mask | None:
+def segmented(target: Target, image: NDArray[np.uint8]) -> Mask | None:
     """Return what a target finds; None if it is refused."""
     try:
         found = seek_object(target, image)
@@ -93,16 +93,16 @@ def print_steadiness() -> None:
             if not folder.is_dir():
                 print(f"{name}: not there, skipped")
                 continue
-            told = steadiness(open_capture(folder).views()[0])
+            results = steadiness(open_capture(folder).views()[0])
             words = [
                 f"{slack:.0%} larger: {count} of {len(MOVES)} accepted"
                 + (f", agree to {min(pairs):.2f}" if pairs else "")
-                for slack, (count, pairs) in zip(SLACKS, told, strict=True)
+                for slack, (count, pairs) in zip(SLACKS, results, strict=True)
             ]
             print(f"{name}: {'; '.join(words)}")
-            whole += [pair for _, pairs in told for pair in pairs]
-            accepted += sum(count for count, _ in told)
-            asked += len(told) * len(MOVES)
+            whole += [pair for _, pairs in results for pair in pairs]
+            accepted += sum(count for count, _ in results)
+            asked += len(results) * len(MOVES)
     if whole:
         print(
             f"boxes moved by 3 px: {accepted} of {asked} accepted; these agree to {min(whole):.2f} "
@@ -115,7 +115,7 @@ def target_ms(target: Target, image: NDArray[np.uint8]) -> float:
     times = []
     for _ in range(3):
         start = time.perf_counter()
-        sought(target, image)
+        segmented(target, image)
         times.append(time.perf_counter() - start)
     return 1000.0 * min(times)
 

@@ -54,7 +54,7 @@ FAULTED = ("mug", "drill", "two_ellipsoids")
 TABLES = ("turning", "plain", "faults")
 SOON_S, NEAR_MM = 3.0, 10.0
 _FAR_M = 0.03
-_SAID = {Reason.ROUGH, Reason.PARTED, Reason.UNSEEN, Reason.AWAY, Reason.UNREACHABLE}
+_REPORTED = {Reason.ROUGH, Reason.PARTED, Reason.UNSEEN, Reason.AWAY, Reason.UNREACHABLE}
 Row = dict[str, Any]
 
 
@@ -87,7 +87,7 @@ def main() -> None:
                 rows.append(row)
     for table in TABLES:
         mine = [row for row in rows if row["table"] == table]
-        print(f"\n{table}\n{told(mine)}\n\n{judged(mine)}")
+        print(f"\n{table}\n{markdown(mine)}\n\n{judged(mine)}")
 
 
 def cases() -> Iterator[tuple[str, str, dict[str, Any]]]:
@@ -138,12 +138,12 @@ def measured(trial: ServoTrial) -> Row:
     off = np.linalg.norm(log.hand_errors[:, :3], axis=1)
     commands = [row.tick.command for row in log.rows]
     held = np.array([bool(one.holding) for one in commands])
-    said = held | np.array([bool(_SAID & one.limiting) for one in commands])
+    reported = held | np.array([bool(_REPORTED & one.limiting) for one in commands])
     goals = [one.hand_from_goal for one in commands]
     far = [goal is not None and np.linalg.norm(goal.translation) > _FAR_M for goal in goals]
     times = np.asarray(log.times)
     period_s = float(np.median(np.diff(times)))
-    unsaid = ~said & (off > _FAR_M)
+    unreported = ~reported & (off > _FAR_M)
     ends_s = max(
         [one.at_s + getattr(one, "seconds", 0.0) for one in trial.settings.world.faults] or [0.0]
     )
@@ -159,14 +159,14 @@ def measured(trial: ServoTrial) -> Row:
         "held": sum(hold.end_s - hold.start_s for hold in metrics.holds if hold.start_s > 0.0),
         "held_after": bool(held[after].all()),
         "held_at_end": bool(commands[-1].holding),
-        "unsaid": float(unsaid.sum()) * period_s,
-        "unknown": float((unsaid & ~np.array(far)).sum()) * period_s,
+        "unsaid": float(unreported.sum()) * period_s,
+        "unknown": float((unreported & ~np.array(far)).sum()) * period_s,
         "off_mm": [round(1e3 * float(one), 1) for one in off[often]],
-        "told": "".join(np.where(held, "h", np.where(said, "s", "."))[often]),
+        "told": "".join(np.where(held, "h", np.where(reported, "s", "."))[often]),
     }
 
 
-def told(rows: list[Row]) -> str:
+def markdown(rows: list[Row]) -> str:
     """Return a table in Markdown, one line per name."""
     keys = ("repeatability", "accuracy", "object", "turn", "after", "end", "held")
     keys += ("unsaid", "unknown")

@@ -49,7 +49,7 @@ class Fault:
     """A fault of the server, and the notice that must report it."""
 
     asked: str
-    told: str
+    notice: str
     is_killed: bool = False
 
 
@@ -144,7 +144,7 @@ def judged(rows: Sequence[Row], fault: Fault) -> str:
     if begun is None:
         return "never tracked: this machine is too busy, or too slow"
     share = sum(row.is_tracked for row in rows[begun:]) / len(rows[begun:])
-    found = [re.search(fault.told, row.notices) for row in rows]
+    found = [re.search(fault.notice, row.notices) for row in rows]
     first = next((at for at, match in enumerate(found) if match), None)
     if first is None:
         return f"NOT TOLD; {share:.1%} tracked"
@@ -153,13 +153,13 @@ def judged(rows: Sequence[Row], fault: Fault) -> str:
     # The last observation that reports the fault is the first one after it, or its last one.
     last = max(at for at, match in enumerate(found) if match)
     back_s = next((row.time_s for row in rows[last:] if row.is_tracked), float("inf"))
-    told = next(match[0] for match in found if match)
+    text = next(match[0] for match in found if match)
     lost_s, since_s = 0.0, rows[last].time_s
     for row in rows[last:]:
         lost_s = max(lost_s, row.time_s - since_s)
         since_s = row.time_s if row.is_tracked else since_s
     after_s = back_s - rows[last].time_s
-    return f"{told[:40]:40} {silent_s:9.2f} {after_s:16.2f} {lost_s:15.2f} {share:8.1%}"
+    return f"{text[:40]:40} {silent_s:9.2f} {after_s:16.2f} {lost_s:15.2f} {share:8.1%}"
 
 
 if __name__ == "__main__":

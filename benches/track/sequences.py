@@ -168,8 +168,10 @@ class Recording:
         found = _LINE.search(done.stdout)
         if found is None:
             sys.exit(f"the scorer wrote what this script does not read: {done.stdout}")
-        said = found.groupdict()
-        return Score(lost=int(said.pop("lost")), **{key: float(one) for key, one in said.items()})
+        values = found.groupdict()
+        return Score(
+            lost=int(values.pop("lost")), **{key: float(one) for key, one in values.items()}
+        )
 
 
 def recordings(names: Iterable[str]) -> Iterator[Recording]:

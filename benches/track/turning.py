@@ -190,7 +190,7 @@ def bleach_tracks(recording: Recording, seeds: int) -> list[Track]:
     return tracks
 
 
-def tell_angles(found: list[Course], seeds: int) -> None:
+def print_angles(found: list[Course], seeds: int) -> None:
     """Print the pose errors by the angle turned since the start, in steps of 30 degrees."""
     table = Table(
         *("sequence    ", "turned deg", "images", "tracked %", "ADD median", "worst mm"),
@@ -198,14 +198,14 @@ def tell_angles(found: list[Course], seeds: int) -> None:
     )
     for recording in recordings([BLEACH]):
         tracks = bleach_tracks(recording, seeds)
-        tell_bins(table, recording.name, tracks, turned_deg(recording))
+        print_bins(table, recording.name, tracks, turned_deg(recording))
     for name in dict.fromkeys(one.name for one in found):
         tracks = [one.turns for one in found if one.name == name]
         angles = 360.0 / PER_TURN * tracks[0].found.index
-        tell_bins(table, f"drawn {name}", tracks, np.where(angles <= 360.0, angles, np.inf))
+        print_bins(table, f"drawn {name}", tracks, np.where(angles <= 360.0, angles, np.inf))
 
 
-def tell_bins(table: Table, name: str, tracks: list[Track], angles: Floats) -> None:
+def print_bins(table: Table, name: str, tracks: list[Track], angles: Floats) -> None:
     """Print a row for each step of an angle (N,)."""
     steps = np.ceil(angles / BIN_DEG - 1e-6) - 1.0
     for step in sorted({int(one) for one in steps if np.isfinite(one)}):
@@ -227,7 +227,7 @@ def percent(chosen: NDArray[np.bool_]) -> float:
     return 100.0 * float(np.mean(chosen))
 
 
-def tell_turns(found: list[Course]) -> None:
+def print_turns(found: list[Course]) -> None:
     """Print the error at the end of each turn, with the estimates and the truth in it."""
     table = Table(
         *("object      ", "turn", "images", "tracked %", "wrong %", "ADD median", "worst mm"),
@@ -247,7 +247,7 @@ def tell_turns(found: list[Course]) -> None:
         )
 
 
-def tell_bodies(found: list[Course]) -> None:
+def print_bodies(found: list[Course]) -> None:
     """Print how similar bodies are for a turn that was played forwards and backwards."""
     table = Table(
         *("object      ", "seed", "compared               ", "volume IoU", "silhouette IoU"),
@@ -256,16 +256,16 @@ def tell_bodies(found: list[Course]) -> None:
     for one in found:
         runs = {"forwards and object": one.turns, "backwards and object": one.back}
         for compared, shares in one.bodies.items():
-            run, said = runs.get(compared), ("", "")
+            run, results = runs.get(compared), ("", "")
             if run is not None:
-                said = (
+                results = (
                     percent(run.found.tracking[:PER_TURN]),
                     float(run.numbers[:PER_TURN, 1].max()),
                 )
-            table.row(one.name, one.seed, compared, shares.volume, shares.silhouette, *said)
+            table.row(one.name, one.seed, compared, shares.volume, shares.silhouette, *results)
 
 
-def tell_camera(found: list[Course]) -> None:
+def print_camera(found: list[Course]) -> None:
     """Print how far poses differ between an object that turns and eyes that move around it."""
     table = Table(
         *("object      ", "seed", "who moves ", "images", "tracked %", "wrong %", "ADD median"),
@@ -308,10 +308,10 @@ def main() -> None:
     """Print the tables."""
     given = arguments()
     found = courses(given)
-    tell_angles(found, given.seeds)
-    for tell in (tell_turns, tell_bodies, tell_camera):
+    print_angles(found, given.seeds)
+    for print_table in (print_turns, print_bodies, print_camera):
         print()
-        tell(found)
+        print_table(found)
     for name in given.object if given.long else ():
         print(flush=True)
         # In a process of its own, so that memory left by other steps does not count.

@@ -129,11 +129,11 @@ def sample(recording: Recording, variant: str, seed: int) -> tuple[Floats, Float
         result = track_capture(capture, None, request)[0]
     scaled = len(capture.cameras) == 1
     found = verdicts(result.tracked, recording.true_poses, recording.vertices, scaled=scaled)
-    said = {one.index: one.estimate.evidence for one in result.tracked}
+    evidence_by_index = {one.index: one.estimate.evidence for one in result.tracked}
     rows = [
         (terms(evidence), not wrong)
         for index, wrong in zip(found.index, found.wrong, strict=True)
-        if (evidence := said[int(index)]) is not None
+        if (evidence := evidence_by_index[int(index)]) is not None
     ]
     spoken = np.array([row[0] for row in rows]).reshape(-1, len(TERMS))
     return spoken, np.array([row[1] for row in rows], float)
@@ -157,7 +157,7 @@ def weights(samples: list[Sample]) -> Floats:
     return np.asarray(minimize(loss, np.zeros(len(TERMS)), jac=True).x)
 
 
-def tell(samples: list[Sample]) -> None:
+def print_weights(samples: list[Sample]) -> None:
     """Print the weights, and their results on sequences that were left out."""
     if not samples:
         print("nothing to track: no sequence begins so")
@@ -168,13 +168,13 @@ def tell(samples: list[Sample]) -> None:
     if len(names) < 2:
         print("one sequence cannot be foretold by others; give two or more")
         return
-    foretold, right = [], []
+    predicted, right = [], []
     for name in names:
         own = weights([one for one in samples if one[0] != name])
         for _, spoken, truth in (one for one in samples if one[0] == name):
-            foretold.append(1.0 / (1.0 + np.exp(-spoken @ own)))
+            predicted.append(1.0 / (1.0 + np.exp(-spoken @ own)))
             right.append(truth)
-    likely, truth = np.concatenate(foretold), np.concatenate(right)
+    likely, truth = np.concatenate(predicted), np.concatenate(right)
     table = Table("probability", "images", "mean %", "right %")
     for low, high in pairwise(EDGES):
         chosen = (likely >= low) & ((likely < high) | (high == 1.0))
@@ -201,7 +201,7 @@ def main() -> None:
         for number, (name, recording, variant, seed) in enumerate(chosen):
             update(number / len(chosen), f"{name}, {variant}")
             samples.append((name, *sample(recording, variant, seed)))
-    tell(samples)
+    print_weights(samples)
 
 
 if __name__ == "__main__":

@@ -114,7 +114,7 @@ def new_table() -> Table:
     )
 
 
-def tell(table: Table, row: Row) -> None:
+def print_row(table: Table, row: Row) -> None:
     """Print a row."""
     shares = (row.tracked_percent, row.right_percent)
     shares = (*shares, float(np.median(row.wrong_percent)), max(row.wrong_percent))
@@ -126,7 +126,7 @@ def tell(table: Table, row: Row) -> None:
     )
 
 
-def tell_calibration(rows: list[Row]) -> None:
+def print_calibration(rows: list[Row]) -> None:
     """Print how often poses are right by their confidence, and the coverage of the covariances."""
     whole = joined(("all", ""), rows)
     print()
@@ -139,9 +139,9 @@ def tell_calibration(rows: list[Row]) -> None:
                 (whole.tracking[step], whole.tracking_right[step]),
             )
         )
-        told, tracking = shares
+        located, tracking = shares
         name = f"{step / BINS:.1f} - {(step + 1) / BINS:.1f}"
-        table.row(name, whole.told[step], told, whole.tracking[step], tracking)
+        table.row(name, whole.told[step], located, whole.tracking[step], tracking)
     print()
     table = Table("in the 95 % region   ", "place %", "turn %", "both %")
     for name in dict.fromkeys(row.sequence for row in rows):
@@ -164,11 +164,11 @@ def main() -> None:
                 continue
             for row in measured(name, opened, given, set(kept) if given.missing else set()):
                 new[row.key] = row
-                tell(table or new_table(), row)
+                print_row(table or new_table(), row)
                 if not given.quick:
                     write_whole(TABLE, written(kept | new).encode())
     if new:
-        tell_calibration(list(new.values()))
+        print_calibration(list(new.values()))
     if not given.quick:
         write_pages(list((kept | new).values()))
 

@@ -114,8 +114,8 @@ def scored(package: Path, folder: Path, seeds: int) -> Score:
     """Score the courses with a built package."""
     command = [sys.executable, __file__, "--score", str(folder), "--seeds", str(seeds)]
     environment = os.environ | {"PYTHONPATH": str(package)}
-    told = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
-    right, wrong = told.stdout.split()
+    done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
+    right, wrong = done.stdout.split()
     return int(right), int(wrong)
 
 

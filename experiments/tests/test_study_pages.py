@@ -134,16 +134,16 @@ def bode_sentences(kept: Kept) -> Iterator[str]:
         words = [f"{gain:.{1 if gain < 10 else 0}f}" for gain in gains]
         yield f"| {row['latency_ms']} ms | {' | '.join(words)} |"
 
-    def edge(loop: str, latency_s: str, rate_hz: str, sought: str = "delay") -> float:
-        where = {"latency_s": latency_s, "rate_hz": rate_hz, "sought": sought}
+    def edge(loop: str, latency_s: str, rate_hz: str, quantity: str = "delay") -> float:
+        where = {"latency_s": latency_s, "rate_hz": rate_hz, "sought": quantity}
         return kept.figure("margins", "edge", loop=loop, **where)
 
     following, still = "servoid, eyes follow", "servoid, fixed eyes"
     yield f"stamps may be wrong by {1e3 * edge(following, '0.04', '30'):.0f} ms"
     yield f"with fixed cameras by {1e3 * edge(still, '0.04', '30'):.0f} ms"
     bare = "neither feed-forward nor prediction, eyes follow"
-    borne = [1e3 * float(row["edge"]) for row in kept.rows("margins", loop=bare)]
-    yield f"Without feed-forward and prediction it is {min(borne):.0f} to {max(borne):.0f} ms"
+    delays = [1e3 * float(row["edge"]) for row in kept.rows("margins", loop=bare)]
+    yield f"Without feed-forward and prediction it is {min(delays):.0f} to {max(delays):.0f} ms"
     far = f"{edge(following, '0.2', '120', 'gain'):.0f} times with 200 ms and 120 Hz"
     yield f"could be {edge(following, '0', '10', 'gain'):.0f} times as high without latency"
     yield far

@@ -164,7 +164,7 @@ def test_the_maps_hold_the_whole_box_and_peak_at_the_true_place(done: list[Done]
     assert isinstance(ridges, MapRow)
     count = case.trial.count
     for one in row.fitnesses:
-        if one.fitness is Fitness.SOUGHT:
+        if one.fitness is Fitness.COARSE:
             continue
         assert np.array(one.xy).shape == np.array(one.xz).shape == (count, count)
         assert np.array(one.xy).max() == np.array(one.yz).max() == np.array(one.xz).max()

@@ -166,7 +166,7 @@ def test_the_title_beside_a_row_of_panels_does_not_reach_into_the_next_row(
 
 
 @pytest.mark.parametrize(
-    ("kind", "text", "says"),
+    ("kind", "text", "message"),
     [
         (
             TrackStudySettings,
@@ -181,9 +181,9 @@ def test_the_title_beside_a_row_of_panels_does_not_reach_into_the_next_row(
     ],
 )
 def test_settings_that_cannot_be_are_told_with_their_place(
-    kind: type[msgspec.Struct], text: str, says: str
+    kind: type[msgspec.Struct], text: str, message: str
 ) -> None:
-    with pytest.raises(msgspec.ValidationError, match=says):
+    with pytest.raises(msgspec.ValidationError, match=message):
         msgspec.toml.decode(text, type=kind)
 
 

@@ -21,13 +21,13 @@ class Course:
 
     times: list[float] = field(default_factory=list)
     truth: list[Floats] = field(default_factory=list)
-    told: list[Floats] = field(default_factory=list)
+    reported: list[Floats] = field(default_factory=list)
 
-    def add(self, time_s: float, truth: Floats, told: Floats) -> None:
+    def add(self, time_s: float, truth: Floats, reported: Floats) -> None:
         """Record an instant."""
         self.times.append(time_s)
         self.truth.append(truth)
-        self.told.append(told)
+        self.reported.append(reported)
 
 
 class Listener:
@@ -69,7 +69,7 @@ class Listener:
             self.held_s += arm.period_s
         truth = self._truth(time_s)
         hand = arm.world_from_hand(tick.state.positions)
-        told = {
+        reported = {
             "known": self._known,
             "predicted": (
                 None
@@ -79,7 +79,7 @@ class Listener:
             "gaze": self._gaze(tick.state.positions, truth),
             "hand": self._place(np.array(hand.translation)),
         }
-        for name, place in told.items():
+        for name, place in reported.items():
             if place is not None:
                 self.courses[name].add(time_s - self._began_s, truth, place)
         if self._last is not None:

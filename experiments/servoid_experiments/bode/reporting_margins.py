@@ -17,7 +17,7 @@ from servoid_experiments.report import Cell, Picture, Section, Table
 
 Kept = Sequence[tuple[MarginCase, MarginRow]]
 
-_SOUGHT = {
+_TITLES = {
     "delay": "unknown delay that it withstands [ms]",
     "gain": "factor on its gains that it withstands",
 }
@@ -91,7 +91,7 @@ def _greatest_gains(settings: MarginSettings, edges: Floats) -> Table:
 def _draw(settings: MarginSettings, maps: dict[str, Floats], file: Path) -> Picture:
     shown = [
         MarginMap(
-            title=f"{name}\n{_SOUGHT[seeks]}",
+            title=f"{name}\n{_TITLES[seeks]}",
             unit="ms" if seeks == "delay" else "times",
             values=maps[name],
             scale=1e3 if seeks == "delay" else 1.0,

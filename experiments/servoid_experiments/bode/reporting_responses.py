@@ -166,11 +166,12 @@ def _halved_table(kept: Kept) -> Table:
         if scale != HALF or whole is None:
             continue
         for axis in AXES:
-            half_of, whole_of = row.answer("hand", axis), whole.answer("hand", axis)
-            if half_of is not None and whole_of is not None:
-                ratios = np.abs(half_of.ratio) / np.abs(whole_of.ratio)
+            half_answer, whole_answer = row.answer("hand", axis), whole.answer("hand", axis)
+            if half_answer is not None and whole_answer is not None:
+                ratios = np.abs(half_answer.ratio) / np.abs(whole_answer.ratio)
                 rows += [
-                    (seed, axis, *pair) for pair in zip(half_of.hz, ratios.tolist(), strict=True)
+                    (seed, axis, *pair)
+                    for pair in zip(half_answer.hz, ratios.tolist(), strict=True)
                 ]
     return Table(
         "response_halved",

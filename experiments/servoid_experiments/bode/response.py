@@ -224,7 +224,7 @@ def _answer(
     axis, name, lines = along
     moved = {*case.sideways_lines, *case.depth_lines}
     most = max(moved)
-    pairs = np.array([np.array(course.truth)[:, axis], np.array(course.told)[:, axis]]).T
+    pairs = np.array([np.array(course.truth)[:, axis], np.array(course.reported)[:, axis]]).T
     heard = amplitudes(np.array(course.times), pairs, case.base_hz, most)
     at = np.array(lines) - 1
     ratio = heard[at, 1] / heard[at, 0]

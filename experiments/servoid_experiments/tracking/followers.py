@@ -23,8 +23,8 @@ class Led:
     def step(self, index: int) -> Estimate:
         """Pass the images with an index to the tracker, and return its estimate."""
         if isinstance(self.tracker, OneStepTracker):
-            told = self.footage.world_from_objects[index] @ self.object_from_body
-            self.tracker.set_orientation(told.quaternion)
+            true_pose = self.footage.world_from_objects[index] @ self.object_from_body
+            self.tracker.set_orientation(true_pose.quaternion)
         return self.tracker.step(
             index / RATE_HZ, self.footage.world_from_cameras, self.footage.images[index]
         )
@@ -40,8 +40,8 @@ def start_follower(case: TrackCase, footage: Footage, body: Body) -> Led:
     seed, object_from_body = case.scene.seed, body.world_from_object
     tracker: Tracker | OneStepTracker
     if case.method is Method.PAPER:
-        told = OneStepSettings(seed=seed, population=case.population, turns=False)
-        tracker = OneStepTracker(footage.cameras, body, told)
+        one_step = OneStepSettings(seed=seed, population=case.population, turns=False)
+        tracker = OneStepTracker(footage.cameras, body, one_step)
     else:
         settings = TrackSettings(
             seed=seed, population=case.population, generations=case.generations

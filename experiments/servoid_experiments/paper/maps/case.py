@@ -17,7 +17,7 @@ class Fitness(Enum):
     REGION = "region"
     SURFACE = "surface"
     FULL = "full"
-    SOUGHT = "sought"
+    COARSE = "sought"
 
 
 class MapTrial(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -21,7 +21,7 @@ NAMES = {
     Fitness.REGION: "region",
     Fitness.SURFACE: "surface",
     Fitness.FULL: "region and surface",
-    Fitness.SOUGHT: "both, coarse",
+    Fitness.COARSE: "both, coarse",
 }
 MAPPED = (Fitness.POINTS, Fitness.REGION, Fitness.SURFACE, Fitness.FULL)
 _COLORS = dict(zip(MAPPED, DISTINCT, strict=False))

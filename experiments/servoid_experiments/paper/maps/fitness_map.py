@@ -123,9 +123,9 @@ def _scorer(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> 
             Fitness.SURFACE: fine[:, 1],
             Fitness.FULL: fine.sum(axis=1),
         }
-        if Fitness.SOUGHT in asked:
+        if Fitness.COARSE in asked:
             coarse = tracker.score_terms(1.0, eyes, images, poses, resolution=COARSEST, threads=1)
-            found[Fitness.SOUGHT] = coarse.sum(axis=1)
+            found[Fitness.COARSE] = coarse.sum(axis=1)
         return found
 
     return score

@@ -134,8 +134,8 @@ def make_follower(world: World, body: Body, method: Method, search: Search, seed
     """Make the tracker of a method for the object of a world."""
     if method.tracker is TrackerKind.SERVOID:
         tracker = Tracker(world.cameras, body, TrackSettings(seed=seed, surface=method.surface))
-        told = ToldTracker(world, tracker) if method.turn_told else tracker
-        return Reading(world, told, in_hand=False, stamped=method.stamped)
+        follower = TrueTurnTracker(world, tracker) if method.turn_told else tracker
+        return Reading(world, follower, in_hand=False, stamped=method.stamped)
     region = method.tracker is TrackerKind.REGION
     settings = OneStepSettings(
         seed=seed,
@@ -151,11 +151,13 @@ def make_follower(world: World, body: Body, method: Method, search: Search, seed
         least_width=min(search.least_width, search.mutation_width),
     )
     frame = hand_of(world) if method.in_hand else in_world
-    bred = ToldTurn(world, frame, OneStepTracker(world.cameras, body, settings), search.generations)
+    bred = TrueTurnSearch(
+        world, frame, OneStepTracker(world.cameras, body, settings), search.generations
+    )
     return Reading(world, bred, in_hand=method.in_hand, stamped=method.stamped)
 
 
-class ToldTracker:
+class TrueTurnTracker:
     """A tracker of all six degrees of freedom, of which only the position is used."""
 
     def __init__(self, world: World, tracker: Follower) -> None:
@@ -170,15 +172,15 @@ class ToldTracker:
         masks: Images | None = None,
     ) -> Estimate:
         """Learn the object's appearance, with the object at a known pose."""
-        return self._told(
+        return self._with_true_turn(
             self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
         )
 
     def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
         """Find the object in the next observation."""
-        return self._told(self._tracker.step(time_s, world_from_camera, images))
+        return self._with_true_turn(self._tracker.step(time_s, world_from_camera, images))
 
-    def _told(self, estimate: Estimate) -> Estimate:
+    def _with_true_turn(self, estimate: Estimate) -> Estimate:
         found, truth = estimate.world_from_object, self._world.world_from_object_at(estimate.time_s)
         turn = (truth.inverse() @ found).matrix()[:3, :3]
         covariance = np.zeros((6, 6))
@@ -187,7 +189,7 @@ class ToldTracker:
         return placed(estimate, there, covariance, np.zeros((0, 6)))
 
 
-class ToldTurn:
+class TrueTurnSearch:
     """The 1-step genetic algorithm on x, y and z, with the true rotation as an input.
 
     With several generations per image, all of them use the same image.

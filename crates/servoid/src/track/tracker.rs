@@ -301,6 +301,7 @@ impl Tracker {
         let located = followed && self.is_located(&hypothesis.quality);
         let is_reliable = located
             && is_turn_reliable(&evidence, self.printed(&hypothesis.quality))
+            && self.is_finely_patterned(&hypothesis.quality)
             && self.believes_relief(&hypothesis.quality);
         if located && !is_reliable {
             self.frame.notices.push(Notice::TurnOpen);

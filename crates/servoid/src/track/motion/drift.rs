@@ -122,8 +122,18 @@ mod tests {
 
     fn quality(recognised: f64, textured: f64) -> Quality {
         let (visible, share, support) = (1.0, 1.0, recognised);
-        let printed = textured;
-        Quality { visible, share, support, recognised, textured, printed, ratio: 1.0, outline: 1.0 }
+        let (printed, fine) = (textured, textured);
+        Quality {
+            visible,
+            share,
+            support,
+            recognised,
+            textured,
+            printed,
+            fine,
+            ratio: 1.0,
+            outline: 1.0,
+        }
     }
 
     proptest! {

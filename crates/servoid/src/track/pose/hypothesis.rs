@@ -46,6 +46,7 @@ impl Hypothesis {
             recognised: 0.0,
             textured: 0.0,
             printed: 0.0,
+            fine: 0.0,
             ratio: 0.0,
             outline: 0.0,
         };

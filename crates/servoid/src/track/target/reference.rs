@@ -17,8 +17,11 @@ pub(crate) struct Reference {
     pub(crate) textured: f64,
     /// Share of them that have it now or mostly had it, once it was measured; not saved, either.
     pub(crate) printed_share: Option<f64>,
-    /// The largest of each of the two so far, since an object may have a label on one side only.
+    /// Share of them that are finely patterned; not saved, either.
+    pub(crate) fine_share: Option<f64>,
+    /// The largest of each of the three so far, since an object may have a label on one side only.
     pub(crate) most_textured: f64,
+    pub(crate) most_fine: f64,
     pub(crate) most_printed: f64,
     /// Pixels inside the outlines, times the squared distance.
     pub(crate) area: f64,
@@ -53,12 +56,14 @@ impl Reference {
     pub(crate) fn begin(&mut self, quality: &Quality) {
         self.textured = quality.textured;
         self.printed_share = Some(quality.printed_share());
+        self.fine_share = Some(quality.fine_share());
         self.note_most();
     }
 
     fn note_most(&mut self) {
         self.most_textured = self.most_textured.max(self.textured);
         self.most_printed = self.most_printed.max(self.printed_share.unwrap_or(0.0));
+        self.most_fine = self.most_fine.max(self.fine_share.unwrap_or(0.0));
     }
 
     /// Updates it by the quality of an image in which the pose was trusted.
@@ -73,6 +78,9 @@ impl Reference {
         let share = quality.printed_share();
         let before = self.printed_share.unwrap_or(share);
         self.printed_share = Some(before + RATE * (share - before));
+        let share = quality.fine_share();
+        let before = self.fine_share.unwrap_or(share);
+        self.fine_share = Some(before + RATE * (share - before));
         self.note_most();
         self.support += RATE * (quality.support - self.support);
     }

@@ -34,6 +34,9 @@ const RICH: f64 = 22.0;
 /// Mean share of the recognised surface points with the contrast of a pattern, from which on the
 /// object counts as patterned. Shading alone gives most points of a glossy toy that contrast.
 const MOSTLY: f64 = 0.85;
+/// Mean share of the recognised surface points that must be finely patterned for the orientation to
+/// be reported: the shading of a smooth toy has the contrast of a pattern, but varies slowly.
+const FINELY: f64 = 0.5;
 /// Share of what should be visible from which on the orientation is reported by points that only
 /// one camera sees, where keyframes do not confirm the body by which their distances were guessed.
 const GUESSED: f64 = 0.88;
@@ -64,7 +67,7 @@ const HELD_RAD: f64 = 0.15;
 /// Standard deviation of the orientation's drift, in radians, above which the orientation is not
 /// reported, whatever is recognised, and another pose is sought at which better-known sides are
 /// seen.
-pub(super) const ADRIFT: f64 = 0.09;
+pub(super) const ADRIFT: f64 = 0.10;
 
 /// Returns whether the images confirm the orientation of an object whose position they confirm: the
 /// evidence makes its pose likely, and includes some surface points. They must have the contrast of
@@ -89,6 +92,12 @@ pub(super) fn is_plain(settings: &TrackSettings, reference: &Reference, cameras:
 impl Tracker {
     pub(super) fn is_plain(&self) -> bool {
         is_plain(&self.settings, &self.target.reference, self.frame.cameras.len())
+    }
+
+    /// Returns whether the object showed a pattern that is finer than shading, on any side.
+    pub(super) fn is_finely_patterned(&self, quality: &Quality) -> bool {
+        let Reference { fine_share, most_fine, .. } = self.target.reference;
+        fine_share.map_or(quality.fine_share(), |_| most_fine) >= FINELY
     }
 
     /// Returns the share of what should be visible from which on a pose is accepted.
@@ -232,8 +241,8 @@ pub(crate) mod tests {
 
     fn quality(share: f64, recognised: f64) -> Quality {
         let (visible, ratio, outline) = (share, 1.0, 1.0);
-        let (support, textured, printed) = (recognised, recognised, recognised);
-        Quality { visible, share, support, recognised, textured, printed, ratio, outline }
+        let (support, textured, printed, fine) = (recognised, recognised, recognised, recognised);
+        Quality { visible, share, support, recognised, textured, printed, fine, ratio, outline }
     }
 
     fn hypothesis(quality: Quality) -> Hypothesis {
@@ -296,6 +305,23 @@ pub(crate) mod tests {
         let half_hidden = Quality { textured: 10.0, printed: 10.0, ..quality(1.0, 20.0) };
         assert!(reliable(&plain, &half_hidden, 1e-3), "one that is textured all over");
         assert!(!reliable(&plain, &quality(1.0, 7.0), 1e-3), "with next to nothing of it");
+    }
+
+    #[test]
+    fn what_varies_as_slowly_as_shading_tells_no_turn_until_it_showed_a_fine_pattern() {
+        let mut toy = tracker(Status::Tracking, 60.0);
+        let smooth = Quality { fine: 20.0, ..quality(1.0, 60.0) };
+        assert!(!toy.is_finely_patterned(&smooth));
+        assert!(
+            toy.is_finely_patterned(&quality(1.0, 60.0)),
+            "the first image is all that is known"
+        );
+        toy.target.reference.begin(&smooth);
+        assert!(!toy.is_finely_patterned(&quality(1.0, 60.0)), "a single image");
+        for _ in 0..40 {
+            toy.target.reference.follow(&quality(1.0, 60.0), 0.5);
+        }
+        assert!(toy.is_finely_patterned(&smooth), "one that turned its label away");
     }
 
     #[test]

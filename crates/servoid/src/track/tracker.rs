@@ -88,7 +88,7 @@ impl Tracker {
             workspace: Workspace::default(),
             fresh: Vec::new(),
             status: Status::Searching,
-            trust: Trust::unmet(),
+            trust: Trust::unstarted(),
             cell: 0,
             color_updates: 0,
             pending: None,
@@ -106,7 +106,7 @@ impl Tracker {
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
-        if !self.trust.is_met() && !self.target.knows_a_look() {
+        if !self.trust.is_started() && !self.target.knows_a_look() {
             return Err(TrackError::NotStarted);
         }
         self.take_adjusted();
@@ -121,7 +121,7 @@ impl Tracker {
         self.foresee_blur(&expected);
         clock.lap(|timing| &mut timing.prepare);
         if visible {
-            let (guess, scored) = self.seek(observation, &expected, &clock)?;
+            let (guess, scored) = self.search_around(observation, &expected, &clock)?;
             evaluations += scored;
             clock.lap(|timing| &mut timing.search);
             hypothesis = self.precise(observation, &expected, &guess);
@@ -131,7 +131,7 @@ impl Tracker {
             self.penalize_jump(&expected, &mut hypothesis);
         }
         let missed = hypothesis.quality.share < least;
-        if !missed && self.trust.is_proved() && self.seeks_rival(&hypothesis.quality) {
+        if !missed && self.trust.is_proved() && self.needs_rival(&hypothesis.quality) {
             evaluations += self.compare_with_rival(observation, &expected, &mut hypothesis)?;
             clock.lap(|timing| &mut timing.search);
         }
@@ -223,11 +223,11 @@ impl Tracker {
                 self.motion = Motion::at_rest(time_s, hypothesis.pose);
             }
             self.innovation = first_innovation(&self.target.solid);
-            self.trust.meet(&hypothesis.quality, &self.target.reference, false, usual);
+            self.trust.accept(&hypothesis.quality, &self.target.reference, false, usual);
             return;
         }
         let goes_on = self.is_landed(expected, hypothesis);
-        self.trust.meet(&hypothesis.quality, &self.target.reference, goes_on, usual);
+        self.trust.accept(&hypothesis.quality, &self.target.reference, goes_on, usual);
         self.target.bias.update(
             &hypothesis.toward,
             hypothesis.normal.outline,

@@ -13,7 +13,7 @@ use super::estimate::Notice;
 use super::frame::window::Window;
 use super::pose::hypothesis::Hypothesis;
 use super::target::Target;
-use super::target::keyframes::{Keyframe, Stand};
+use super::target::keyframes::{Keyframe, KeyframePose};
 use super::target::points::{Feature, LEAST_KNOWN, Match};
 use super::tracker::Tracker;
 use crate::camera::Observation;
@@ -40,7 +40,7 @@ const ANCHOR_PX: f64 = 0.15;
 /// Largest motion of a keyframe, in radii and radians, that is accepted.
 const TORN: f64 = 0.5;
 /// Rotation from which on a correction is reported, in radians.
-const TOLD_RAD: f64 = 0.01;
+const REPORTED_RAD: f64 = 0.01;
 
 /// An adjustment that is being computed.
 #[derive(Debug, Clone)]
@@ -86,13 +86,13 @@ impl Tracker {
         let eyes = observation.world_from_camera[0];
         let object_from_camera = (hypothesis.pose.inverse() * eyes).rotation();
         let adrift = self.target.points.drift > ADRIFT * ADRIFT;
-        let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_met();
+        let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_started();
         let guesses = self.guesses();
         if !self.target.keyframes.is_new(&object_from_camera, (adrift, guesses)) {
             return;
         }
         let world = |window: &Window| window.projection(&Pose::identity());
-        let stand = Stand {
+        let keyframe_pose = KeyframePose {
             world_from_object: hypothesis.pose,
             object_from_camera,
             cameras: self.frame.windows.iter().map(world).collect(),
@@ -101,7 +101,7 @@ impl Tracker {
         let clear = (&*self.frame.windows, &self.workspace.occlusion);
         let drift = self.drift_of_new_points();
         if let Some(dropped) =
-            self.target.keyframes.keep(stand, seen, clear, (drift, is_given, guesses))
+            self.target.keyframes.keep(keyframe_pose, seen, clear, (drift, is_given, guesses))
         {
             self.target.adopt(&dropped);
         }
@@ -148,7 +148,7 @@ impl Tracker {
         self.motion.correct(&off);
         self.target.bias.correct(&off);
         let turned = off.fixed_rows::<3>(3).norm();
-        if turned > TOLD_RAD {
+        if turned > REPORTED_RAD {
             self.jitter.pause();
             self.frame.notices.push(Notice::Adjusted { degrees: turned.to_degrees() });
         }
@@ -310,10 +310,10 @@ mod tests {
     use crate::track::target::feature::tests::feature;
     use crate::track::trust::tests::tracker;
 
-    fn stand(turned: f64) -> Stand {
+    fn keyframe_pose(turned: f64) -> KeyframePose {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
         let object_from_camera = world_from_object.inverse().rotation();
-        Stand { world_from_object, object_from_camera, cameras: vec![None] }
+        KeyframePose { world_from_object, object_from_camera, cameras: vec![None] }
     }
 
     #[test]
@@ -334,11 +334,11 @@ mod tests {
         let body = Body::new(Pose::identity(), vec![ball]).unwrap();
         let mut target = Target::new(&body, false);
         for number in 0..3 {
-            let stand = stand(0.2 * number as f64);
-            let pose = stand.world_from_object;
+            let keyframe_pose = keyframe_pose(0.2 * number as f64);
+            let pose = keyframe_pose.world_from_object;
             let none = (&target.points, &[][..]);
             let clear = (&[][..], &Default::default());
-            target.keyframes.keep(stand, none, clear, (0.0, number == 0, false));
+            target.keyframes.keep(keyframe_pose, none, clear, (0.0, number == 0, false));
             let mut known = feature();
             known.place_at(Vector3::new(0.01 * number as f64, 0.02, -0.04));
             known.set_origin((number, &pose), 0.0);

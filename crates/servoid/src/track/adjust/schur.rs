@@ -251,7 +251,7 @@ mod tests {
             }
         }
         let covariance = whole.cholesky().unwrap().inverse();
-        let mut asked = 0;
+        let mut calls = 0;
         for (at, variance) in found.iter().enumerate() {
             let Some(variance) = variance else { continue };
             let anchor = bundle.landmarks[at].anchor.unwrap();
@@ -260,9 +260,9 @@ mod tests {
             let own = covariance.fixed_view::<3, 3>(poses + 3 * at, poses + 3 * at);
             let expected = way.dot(&(own * way));
             assert!((variance / expected - 1.0).abs() < 1e-4, "{variance} {expected}");
-            asked += 1;
+            calls += 1;
         }
-        assert_eq!(asked, 6);
+        assert_eq!(calls, 6);
     }
 
     #[test]
@@ -284,17 +284,23 @@ mod tests {
             for i in 0..reduced.slope.len() {
                 let mut motions = DVector::zeros(reduced.slope.len());
                 motions[i] = STEP;
-                let (found, told) = (slope(&motions, &still), reduced.slope[i]);
-                assert!((found - told).abs() < 0.01 * (1.0 + told.abs()), "{i}: {found} {told}");
+                let (found, computed) = (slope(&motions, &still), reduced.slope[i]);
+                assert!(
+                    (found - computed).abs() < 0.01 * (1.0 + computed.abs()),
+                    "{i}: {found} {computed}"
+                );
             }
             for (i, block) in reduced.landmarks.iter().enumerate().filter(|(_, one)| !one.is_fixed)
             {
                 for axis in 0..3 {
                     let mut shifts = still.clone();
                     shifts[i][axis] = STEP;
-                    let (found, told) =
+                    let (found, computed) =
                         (slope(&DVector::zeros(reduced.slope.len()), &shifts), block.slope[axis]);
-                    assert!((found - told).abs() < 1e-4 * (1.0 + told.abs()), "{found} {told}");
+                    assert!(
+                        (found - computed).abs() < 1e-4 * (1.0 + computed.abs()),
+                        "{found} {computed}"
+                    );
                 }
             }
         }

@@ -52,7 +52,7 @@ const STRANGE: f64 = 0.25;
 const DEPTH: (f64, f64) = (-4.0, 1.0);
 const BEFORE: f64 = 0.35;
 /// Positions along one side of a cell whose colours are sampled.
-const ASKED: usize = 3;
+const SAMPLES: usize = 3;
 /// Probabilities between which a cell passes from clear to hidden.
 const HIDDEN: (f64, f64) = (0.3, 0.7);
 
@@ -64,7 +64,7 @@ struct Grid {
     /// Log-odds before the newest image.
     before: [f64; CELLS],
     /// Evidence of the newest image.
-    said: [f64; CELLS],
+    evidence: [f64; CELLS],
     /// Probability that something hides the object.
     hidden: [f64; CELLS],
     /// Mean log-likelihood ratio, if the cell is inside the body's outline.
@@ -77,7 +77,7 @@ impl Grid {
             first: Vector2::zeros(),
             cell_px: 1.0,
             before: [PRIOR; CELLS],
-            said: [0.0; CELLS],
+            evidence: [0.0; CELLS],
             hidden: [0.0; CELLS],
             ratios: [None; CELLS],
         }
@@ -105,7 +105,7 @@ impl Grid {
 
     /// Reads the colours of the cells inside outlines.
     fn read(&mut self, outlines: &[Outline], ratio: impl Fn(f64, f64) -> Option<f64>) {
-        let step = self.cell_px / ASKED as f64;
+        let step = self.cell_px / SAMPLES as f64;
         for cell in 0..CELLS {
             let middle = self.middle(cell);
             self.ratios[cell] = None;
@@ -113,9 +113,9 @@ impl Grid {
                 continue;
             }
             let (mut sum, mut count) = (0.0, 0.0);
-            for at in 0..ASKED * ASKED {
-                let by = Vector2::new((at % ASKED) as f64, (at / ASKED) as f64)
-                    - Vector2::repeat(0.5 * (ASKED - 1) as f64);
+            for at in 0..SAMPLES * SAMPLES {
+                let by = Vector2::new((at % SAMPLES) as f64, (at / SAMPLES) as f64)
+                    - Vector2::repeat(0.5 * (SAMPLES - 1) as f64);
                 let pixel = middle + by * step;
                 if let Some(ratio) = ratio(pixel.x, pixel.y) {
                     sum += ratio;
@@ -137,8 +137,8 @@ impl Grid {
                 continue;
             }
             match is_before(&middle) {
-                Some(true) => self.said[cell] += DEPTH.0,
-                Some(false) => self.said[cell] += DEPTH.1,
+                Some(true) => self.evidence[cell] += DEPTH.0,
+                Some(false) => self.evidence[cell] += DEPTH.1,
                 None => {}
             }
         }
@@ -156,10 +156,13 @@ impl Grid {
     }
 
     fn odds(&self, cell: usize) -> f64 {
-        let (around, count) = self.around(&self.said, cell);
-        let said =
-            if count > 0.0 { 0.5 * (self.said[cell] + around / count) } else { self.said[cell] };
-        (self.before[cell] + said).clamp(-MOST, MOST)
+        let (around, count) = self.around(&self.evidence, cell);
+        let evidence = if count > 0.0 {
+            0.5 * (self.evidence[cell] + around / count)
+        } else {
+            self.evidence[cell]
+        };
+        (self.before[cell] + evidence).clamp(-MOST, MOST)
     }
 
     /// Sums the evidence of those of the eight neighbours of a cell that have any; also returns
@@ -208,7 +211,7 @@ impl Occlusion {
             self.grids.push(Grid::new());
         }
         for (camera, grid) in self.grids.iter_mut().enumerate() {
-            grid.said = [0.0; CELLS];
+            grid.evidence = [0.0; CELLS];
             grid.ratios = [None; CELLS];
             outlines.clear();
             if let Some(projection) = inputs.windows[camera].projection(pose) {
@@ -230,17 +233,17 @@ impl Occlusion {
             let Some(cell) = seen.pixel.and_then(|pixel| grid.cell(&pixel)) else { continue };
             let correlation = seen.agreement.map_or(0.0, |agreement| agreement.correlation);
             if correlation > RECOGNISED.1 {
-                grid.said[cell] += POINT.0;
+                grid.evidence[cell] += POINT.0;
             } else if correlation < RECOGNISED.0 {
-                grid.said[cell] += POINT.1;
+                grid.evidence[cell] += POINT.1;
             }
         }
         let reference = inputs.reference.ratio;
         for grid in &mut self.grids {
-            for (said, ratio) in grid.said.iter_mut().zip(&grid.ratios) {
-                *said = said.clamp(POINTS.0, POINTS.1);
+            for (evidence, ratio) in grid.evidence.iter_mut().zip(&grid.ratios) {
+                *evidence = evidence.clamp(POINTS.0, POINTS.1);
                 if let Some(ratio) = ratio.filter(|_| reference > 0.0) {
-                    *said += (COLOR * (ratio / reference - STRANGE)).clamp(-COLORS, COLORS);
+                    *evidence += (COLOR * (ratio / reference - STRANGE)).clamp(-COLORS, COLORS);
                 }
             }
             grid.conclude(last_seen);
@@ -297,8 +300,8 @@ mod tests {
     use super::*;
 
     /// A grid whose cells all contain the object and have the same evidence.
-    fn grid_of(said: f64) -> Grid {
-        Grid { ratios: [Some(1.0); CELLS], said: [said; CELLS], ..Grid::new() }
+    fn grid_of(evidence: f64) -> Grid {
+        Grid { ratios: [Some(1.0); CELLS], evidence: [evidence; CELLS], ..Grid::new() }
     }
 
     fn hidden(grid: &mut Grid) -> f64 {
@@ -313,9 +316,9 @@ mod tests {
             covered.remember();
             clear.remember();
         }
-        for said in [-4.0, -2.0, 0.0, 2.0] {
-            (covered.said, clear.said) = ([said; CELLS], [said; CELLS]);
-            assert!(hidden(&mut covered) > hidden(&mut clear), "{said}");
+        for evidence in [-4.0, -2.0, 0.0, 2.0] {
+            (covered.evidence, clear.evidence) = ([evidence; CELLS], [evidence; CELLS]);
+            assert!(hidden(&mut covered) > hidden(&mut clear), "{evidence}");
         }
     }
 
@@ -324,7 +327,7 @@ mod tests {
         let mut grid = grid_of(-5.0);
         grid.remember();
         assert!(share(hidden(&mut grid)) > 0.9);
-        grid.said = [0.0; CELLS];
+        grid.evidence = [0.0; CELLS];
         for _ in 0..20 {
             grid.remember();
         }
@@ -336,7 +339,7 @@ mod tests {
     fn a_cell_that_says_otherwise_than_all_around_is_heard_less() {
         let mut grid = grid_of(4.0);
         let alone = CELLS / 2;
-        grid.said[alone] = -4.0;
+        grid.evidence[alone] = -4.0;
         grid.conclude(LastSeen::There);
         assert!(share(grid.hidden[alone]) < 0.1, "{}", grid.hidden[alone]);
         let mut all = grid_of(-4.0);

@@ -81,7 +81,7 @@ impl Tracker {
     /// Returns whether it is time to search for a rival pose at which more is recognised: every few
     /// images while the orientation may have drifted, and at growing intervals while more of the
     /// object is missed than usual.
-    pub(crate) fn seeks_rival(&mut self, quality: &Quality) -> bool {
+    pub(crate) fn needs_rival(&mut self, quality: &Quality) -> bool {
         let is_adrift = self.target.points.drift > ADRIFT * ADRIFT;
         let is_doubtful = quality.share < self.usual_share();
         let trust = &mut self.trust;

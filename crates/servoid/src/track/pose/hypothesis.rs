@@ -111,7 +111,7 @@ impl Tracker {
 
     /// Searches for the object around its predicted pose; returns the best pose and the number of
     /// poses scored.
-    pub(in crate::track) fn seek(
+    pub(in crate::track) fn search_around(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
@@ -134,15 +134,15 @@ impl Tracker {
         // lost.
         self.frame.is_blurred = self.target.relief.is_open
             && self.status == Status::Tracking
-            && self.goes_px(expected) > BLURRED_PX;
+            && self.motion_px(expected) > BLURRED_PX;
     }
 
     /// Returns by how many pixels the object may move from its last pose.
-    fn goes_px(&self, expected: &Pose) -> f64 {
+    fn motion_px(&self, expected: &Pose) -> f64 {
         let way = (self.motion.last().inverse() * *expected).log();
         let (across, turned) = (way.fixed_rows::<3>(0).norm(), way.fixed_rows::<3>(3).norm());
-        let goes = across + turned * self.target.solid.radius;
-        goes * self.frame.px_per_meter(expected) + self.off_px(expected)
+        let path = across + turned * self.target.solid.radius;
+        path * self.frame.px_per_meter(expected) + self.off_px(expected)
     }
 
     /// Returns by how many pixels the object may be off its predicted pose.

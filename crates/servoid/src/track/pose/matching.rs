@@ -37,7 +37,7 @@ pub(crate) fn match_points(
         let pyramid = &inputs.windows[view.camera].pyramid;
         let (agreement, used) = agreement(inputs, &point, (&projection, pyramid), level);
         let place = projection.pixel(&point.position);
-        let asked = || {
+        let is_inside = || {
             let image = inputs.images[view.camera].as_ref();
             place.zip(image).is_none_or(|((pixel, slope), image)| {
                 point.reach_px(&slope, level).is_some_and(|reach| holds(image, &pixel, &reach))
@@ -45,7 +45,7 @@ pub(crate) fn match_points(
         };
         // A point outside the image, or never seen at such a coarse level, does not count as
         // missed.
-        if agreement.is_some() || asked() {
+        if agreement.is_some() || is_inside() {
             let pixel = place.map(|(pixel, _)| pixel);
             workspace.matches.push(Match { view: *view, agreement, level: used, pixel, at, moved });
         }

@@ -34,7 +34,7 @@ impl Tracker {
         expected: &Pose,
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
-        if self.trust.is_met() && self.trust.was_seen_lately() {
+        if self.trust.is_started() && self.trust.was_seen_lately() {
             self.relocalize_locally(observation, (expected, 1), hypothesis)
         } else {
             self.relocalize_globally(observation, 1, hypothesis)
@@ -155,6 +155,6 @@ impl Tracker {
     /// Returns the last distance of the object from the first camera, if it was tracked before.
     fn last_distance(&self, observation: &Observation<'_>) -> Option<f64> {
         let eye = observation.world_from_camera.first()?.translation();
-        self.trust.is_met().then(|| (self.motion.last().translation() - eye).norm())
+        self.trust.is_started().then(|| (self.motion.last().translation() - eye).norm())
     }
 }

@@ -286,9 +286,9 @@ mod tests {
         let mut before = f64::INFINITY;
         for step in 0..4 {
             let place = Vector3::new(1.0, 0.05 + 0.05 * f64::from(step), 0.05).normalize();
-            let told = offsets.measured(&mut [edge(place, 0.02, Vector6::x())]).0[(0, 0)];
-            assert!(told > 0.0 && told < before, "{step}");
-            before = told;
+            let information = offsets.measured(&mut [edge(place, 0.02, Vector6::x())]).0[(0, 0)];
+            assert!(information > 0.0 && information < before, "{step}");
+            before = information;
         }
     }
 }

@@ -39,7 +39,7 @@ pub(crate) struct Sighting {
 
 /// The data of a keyframe: the pose, the orientation of the first camera, and the projection of the
 /// world into each.
-pub(crate) struct Stand {
+pub(crate) struct KeyframePose {
     pub(crate) world_from_object: Pose,
     pub(crate) object_from_camera: UnitQuaternion<f64>,
     pub(crate) cameras: Vec<Option<Projection>>,
@@ -130,12 +130,12 @@ impl Keyframes {
     /// dropped to make room.
     pub(crate) fn keep(
         &mut self,
-        stand: Stand,
+        keyframe_pose: KeyframePose,
         (points, matches): (&Points, &[Match]),
         (windows, occlusion): (&[Window], &Occlusion),
         (drift, is_given, guesses): (f64, bool, bool),
     ) -> Option<Keyframe> {
-        let Stand { world_from_object, object_from_camera, cameras } = stand;
+        let KeyframePose { world_from_object, object_from_camera, cameras } = keyframe_pose;
         let last = self.around(&object_from_camera).filter(|_| self.followed);
         let step =
             last.map(|last| (last.number, last.world_from_object.inverse() * world_from_object));
@@ -295,9 +295,10 @@ mod tests {
     fn keep(keyframes: &mut Keyframes, turned: f64) -> Option<Keyframe> {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
         let object_from_camera = world_from_object.inverse().rotation();
-        let stand = Stand { world_from_object, object_from_camera, cameras: Vec::new() };
+        let keyframe_pose =
+            KeyframePose { world_from_object, object_from_camera, cameras: Vec::new() };
         let nothing = (&Points::default(), &[][..]);
-        keyframes.keep(stand, nothing, (&[], &Occlusion::default()), (0.01, false, false))
+        keyframes.keep(keyframe_pose, nothing, (&[], &Occlusion::default()), (0.01, false, false))
     }
 
     #[test]

@@ -238,7 +238,7 @@ mod tests {
         Projection::new(&camera, &Pose::identity())
     }
 
-    fn stands(turned: f64, aside: f64) -> Pose {
+    fn pose_at(turned: f64, aside: f64) -> Pose {
         Pose::exp(&Twist::new(aside, 0.0, 0.4, 0.3, 0.5 + turned, 0.2))
     }
 
@@ -272,7 +272,7 @@ mod tests {
 
     #[test]
     fn what_is_measured_lies_on_the_surface_and_its_normals_stand_on_it() {
-        let ranges = learned(&stands(0.0, 0.0));
+        let ranges = learned(&pose_at(0.0, 0.0));
         assert!(ranges.all.len() > 25, "{}", ranges.all.len());
         let to_ball = Vector3::from(RADII.map(|r| 1.0 / r));
         for one in &ranges.all {
@@ -285,8 +285,8 @@ mod tests {
 
     #[test]
     fn steps_by_what_depth_says_lead_from_beside_to_where_the_object_is() {
-        let truth = stands(0.0, 0.0);
-        let (ranges, pixels) = (learned(&truth), image(&stands(0.06, 0.0015), 0.0));
+        let truth = pose_at(0.0, 0.0);
+        let (ranges, pixels) = (learned(&truth), image(&pose_at(0.06, 0.0015), 0.0));
         let depth = DepthView::new(&pixels, SIZE).unwrap();
         let mut pose = truth;
         for _ in 0..30 {
@@ -298,26 +298,30 @@ mod tests {
             }
             pose = pose * Pose::exp(&curvature.cholesky().unwrap().solve(&slope));
         }
-        let off = (pose.inverse() * stands(0.06, 0.0015)).log();
+        let off = (pose.inverse() * pose_at(0.06, 0.0015)).log();
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         assert!(across < 3e-4 && turned < 0.02, "{across} {turned}");
     }
 
     #[test]
     fn what_is_far_before_or_behind_says_nothing() {
-        let pose = stands(0.0, 0.0);
+        let pose = pose_at(0.0, 0.0);
         let ranges = learned(&pose);
-        for (beyond, says) in [(0.0, true), (0.002, true), (0.03, false), (-0.03, false)] {
+        for (beyond, measures) in [(0.0, true), (0.002, true), (0.03, false), (-0.03, false)] {
             let pixels = image(&pose, beyond);
             let depth = DepthView::new(&pixels, SIZE).unwrap();
             let seen = seen(&depth, &pose);
-            assert_eq!(ranges.residuals(&seen, (&solid(), 0.0)).next().is_some(), says, "{beyond}");
+            assert_eq!(
+                ranges.residuals(&seen, (&solid(), 0.0)).next().is_some(),
+                measures,
+                "{beyond}"
+            );
         }
     }
 
     #[test]
     fn what_was_measured_before_the_object_once_is_dropped_and_its_surface_stays() {
-        let pose = stands(0.0, 0.0);
+        let pose = pose_at(0.0, 0.0);
         let (truth, finger) = (image(&pose, 0.0), image(&pose, -0.012));
         let mut ranges = learned(&pose);
         let count = ranges.all.len();
@@ -332,7 +336,7 @@ mod tests {
 
     #[test]
     fn the_same_surface_is_not_learned_twice() {
-        let pose = stands(0.0, 0.0);
+        let pose = pose_at(0.0, 0.0);
         let mut ranges = learned(&pose);
         let (count, pixels) = (ranges.all.len(), image(&pose, 0.0));
         let depth = DepthView::new(&pixels, SIZE).unwrap();

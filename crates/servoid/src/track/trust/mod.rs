@@ -18,11 +18,11 @@ use crate::pose::Pose;
 pub(super) const CLEAR: f64 = 0.8;
 /// Share from which on an object that is followed is reported as located. Between `held` and this
 /// about half of the poses are wrong.
-const SAID: f64 = 0.68;
+const LOCATED: f64 = 0.68;
 /// The same for an object that was seen all the time and whose orientation is known.
-const SAID_OF_HELD: f64 = 0.5;
+const LOCATED_IF_HELD: f64 = 0.5;
 /// Share from which on the orientation is reported.
-const TOLD: f64 = 0.64;
+const ORIENTED: f64 = 0.64;
 /// Probability of being right from which on a pose that is followed is reported as tracked.
 const LIKELY: f64 = 0.8;
 /// Least number of surface points per camera for the orientation to be reported, and least number
@@ -76,7 +76,7 @@ pub(super) const ADRIFT: f64 = 0.10;
 /// or mostly had it: far away, or blurred, a print has less.
 pub(super) fn is_turn_reliable(evidence: &Evidence, printed: f64) -> bool {
     let patterned = printed >= SOME || evidence.reference_textured >= RICH;
-    let shows = evidence.recognised >= FEW && evidence.share >= TOLD && patterned;
+    let shows = evidence.recognised >= FEW && evidence.share >= ORIENTED && patterned;
     shows && evidence.drifts_little(ADRIFT) && evidence.probability() >= LIKELY
 }
 
@@ -111,9 +111,9 @@ impl Tracker {
         let reference = self.target.reference.recognised;
         let least = (LEAST_RECOGNISED * reference).min(MANY);
         let held = self.is_held();
-        let said = if held { SAID_OF_HELD } else { SAID };
+        let threshold = if held { LOCATED_IF_HELD } else { LOCATED };
         let known = reference < PATTERN || quality.recognised >= least || held;
-        self.trust.proved && quality.share >= said.max(self.settings.held) && known
+        self.trust.proved && quality.share >= threshold.max(self.settings.held) && known
     }
 
     /// Returns whether the object was seen all the time and its orientation is known, so that a
@@ -254,9 +254,9 @@ pub(crate) mod tests {
         for step in 1..=20 {
             let mut tracker = tracker(Status::Searching, 60.0);
             tracker.settings.trusted = 0.05 * f64::from(step);
-            let mut sought = hypothesis(quality(1.0, 10.0));
-            tracker.penalize_unrecognised(&mut sought);
-            assert!(sought.quality.share < tracker.settings.trusted);
+            let mut found = hypothesis(quality(1.0, 10.0));
+            tracker.penalize_unrecognised(&mut found);
+            assert!(found.quality.share < tracker.settings.trusted);
             let mut jumped = hypothesis(quality(1.0, 30.0));
             let far = Pose::exp(&crate::pose::Twist::new(0.2, 0.0, 0.0, 0.0, 0.0, 0.0));
             tracker.penalize_jump(&far, &mut jumped);
@@ -362,7 +362,7 @@ pub(crate) mod tests {
     #[test]
     fn a_pose_may_be_followed_that_is_not_told() {
         let tracker = tracker(Status::Tracking, 60.0);
-        let doubtful = quality(0.5 * (tracker.least_share() + SAID), 50.0);
+        let doubtful = quality(0.5 * (tracker.least_share() + LOCATED), 50.0);
         assert!(doubtful.share > tracker.least_share());
         assert!(!tracker.is_located(&doubtful));
     }

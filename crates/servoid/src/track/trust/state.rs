@@ -30,7 +30,7 @@ pub(in crate::track) struct Trust {
     /// Images since it was last seen.
     unseen: usize,
     /// Whether the object was ever tracked, so that its last pose is meaningful.
-    met: bool,
+    started: bool,
     /// Clear images left until points are detected as before.
     cooldown: usize,
     /// Whether the object found again last was proved to be the lost one.
@@ -46,18 +46,18 @@ pub(in crate::track) struct Trust {
 
 impl Trust {
     /// Starts with an object that was never seen.
-    pub(in crate::track) fn unmet() -> Self {
+    pub(in crate::track) fn unstarted() -> Self {
         Self { proved: true, ..Self::default() }
     }
 
     /// Starts with an object whose pose was given; `confirmed` states whether the images confirm
     /// it.
     pub(in crate::track) fn given(confirmed: bool) -> Self {
-        Self { unseen: usize::from(!confirmed), met: true, confirmed, ..Self::unmet() }
+        Self { unseen: usize::from(!confirmed), started: true, confirmed, ..Self::unstarted() }
     }
 
-    pub(in crate::track) fn is_met(&self) -> bool {
-        self.met
+    pub(in crate::track) fn is_started(&self) -> bool {
+        self.started
     }
 
     pub(in crate::track) fn is_proved(&self) -> bool {
@@ -66,13 +66,13 @@ impl Trust {
 
     /// Returns whether the object was tracked and never missed since.
     pub(in crate::track) fn is_unbroken(&self) -> bool {
-        self.met && self.unseen == 0
+        self.started && self.unseen == 0
     }
 
     /// Returns whether the object was missed in a few images at most, so that it moved on as
     /// predicted.
     pub(in crate::track) fn was_followed(&self) -> bool {
-        self.met && self.unseen <= MISSED
+        self.started && self.unseen <= MISSED
     }
 
     pub(in crate::track) fn was_seen_lately(&self) -> bool {
@@ -90,14 +90,14 @@ impl Trust {
 
     /// Counts an accepted pose as proved if enough is seen at it, or if the last pose was proved
     /// and this one `goes_on` from it; at a share below the `usual` one a pattern proves nothing.
-    pub(in crate::track) fn meet(
+    pub(in crate::track) fn accept(
         &mut self,
         quality: &Quality,
         reference: &Reference,
         goes_on: bool,
         usual: f64,
     ) {
-        (self.unseen, self.met) = (0, true);
+        (self.unseen, self.started) = (0, true);
         let (again, part) = PROVED;
         let least = if self.confirmed { again } else { FOUND };
         self.proved &= goes_on;

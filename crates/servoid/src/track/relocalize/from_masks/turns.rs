@@ -46,10 +46,10 @@ pub(super) fn centred(solid: &Solid, turn: UnitQuaternion<f64>, view: &View<'_>)
             distance *= 2.0;
             continue;
         };
-        let (middle, wish) = (bounds.middle(), wanted.middle());
+        let (middle, wanted_px) = (bounds.middle(), wanted.middle());
         // An offset from the outlines' middle scales with the size of the outlines.
         let nearer = (bounds.size() / wanted.size()).clamp(0.5, 2.0);
-        at_px = [0, 1].map(|i| wish[i] + (at_px[i] - middle[i]) / nearer);
+        at_px = [0, 1].map(|i| wanted_px[i] + (at_px[i] - middle[i]) / nearer);
         distance *= nearer;
     }
     view.world_from_camera() * Pose::from_rotation(turn, camera.ray(at_px) * distance)

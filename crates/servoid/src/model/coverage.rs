@@ -113,5 +113,5 @@ fn is_seen(place: &Place, view: &View<'_>, others: &[&Ellipsoid]) -> bool {
     };
     (eye - place.point).dot(&place.normal) > 0.0
         && view.camera().project(&pose.inverse().transform(&place.point)).is_some_and(in_image)
-        && !others.iter().any(|other| other.meets(&place.point, &eye))
+        && !others.iter().any(|other| other.intersects(&place.point, &eye))
 }

@@ -207,20 +207,20 @@ fn expose<L: Single>(
         let ray = job.rays.eight::<L>(sample, u, v);
         let zero = L::of(0.0);
         let hit = nearest(visuals, moment, some, ray);
-        let met = zero.at_most(hit.visual);
-        let bits = met.bits();
+        let is_hit = zero.at_most(hit.visual);
+        let bits = is_hit.bits();
         if bits != 0xff {
             // A ray outside the lens's field of view is NaN, and sees nothing.
             let is_ray = ray.z.at_most(ray.z);
             let sky = job.lamp.background(moment, ray);
             let black = Vector { x: zero, y: zero, z: zero };
             let open = Vector::select(is_ray, sky, black);
-            *sum = *sum + Vector::select(met, black, open);
+            *sum = *sum + Vector::select(is_hit, black, open);
         }
         if bits != 0 {
             let seen = seen(visuals, moment, ray, &hit);
             let facing = seen.normal.dot(splat(moment.toward));
-            let facing = met.select(facing.max(zero), zero);
+            let facing = is_hit.select(facing.max(zero), zero);
             reach.add(moment, &ray, (hit.t, facing));
             work.packets.push(Packet { index, ray, hit, seen, facing });
         }
@@ -245,8 +245,8 @@ fn light<L: Single>(
 ) -> Vector<L> {
     let zero = L::of(0.0);
     let Packet { ray, hit, seen, facing, .. } = packet;
-    let met = zero.at_most(hit.visual);
-    let t = met.select(hit.t, zero);
+    let is_hit = zero.at_most(hit.visual);
+    let t = is_hit.select(hit.t, zero);
     let open = zero.less(*facing);
     let mut dark = zero.less(zero);
     if open.bits() != 0 && !between.is_empty() {
@@ -255,7 +255,7 @@ fn light<L: Single>(
         dark = shaded(&job.scene.visuals, moment, between, (place, open));
     }
     let light = job.lamp.shine(moment, (*ray, seen), (*facing, dark));
-    Vector::select(met, light, Vector { x: zero, y: zero, z: zero })
+    Vector::select(is_hit, light, Vector { x: zero, y: zero, z: zero })
 }
 
 /// Offset from a surface at which shadow rays start, as a share of the distance.

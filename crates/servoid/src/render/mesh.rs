@@ -134,7 +134,7 @@ impl Mesh {
 
     /// Finds hits before `hit.t`, for rays that start beyond `near`.
     #[inline(always)]
-    pub fn meet<L: RayLanes>(
+    pub fn intersect<L: RayLanes>(
         &self,
         from: Vector<L>,
         along: Vector<L>,

@@ -17,15 +17,15 @@ pub(super) fn corner_normals(vertices: &[[f64; 3]], faces: &[[usize; 3]]) -> Vec
         .collect();
     // Vertices at the same position count as one, even if a texture's seam has duplicated them.
     let place = |i: usize| vertices[i].map(|x| (x + 0.0).to_bits());
-    let mut meeting: HashMap<[u64; 3], Vec<usize>> = HashMap::new();
+    let mut adjoining: HashMap<[u64; 3], Vec<usize>> = HashMap::new();
     for (index, face) in faces.iter().enumerate() {
         for &corner in face {
-            meeting.entry(place(corner)).or_default().push(index);
+            adjoining.entry(place(corner)).or_default().push(index);
         }
     }
     let normal = |corner: usize, face: usize| {
         let own = across[face].try_normalize(0.0).unwrap_or_else(Vector3::z);
-        let near = meeting[&place(corner)].iter().map(|&other| across[other]);
+        let near = adjoining[&place(corner)].iter().map(|&other| across[other]);
         let sum: Vector3<f64> = near.filter(|n| n.dot(&own) >= SMOOTH * n.norm()).sum();
         let mean = sum.try_normalize(0.0).unwrap_or(own);
         <[f64; 3]>::from(mean).map(|x| x as f32)

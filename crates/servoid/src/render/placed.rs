@@ -85,14 +85,14 @@ impl<S: Scalar> Moment<S> {
     /// Lists the visuals that a cone of rays may hit.
     pub fn in_cone(&self, cone: &Cone, into: &mut Vec<usize>) {
         into.clear();
-        let may = |placed: &Placed<S>| placed.ball.meets_cone(cone);
+        let may = |placed: &Placed<S>| placed.ball.intersects_cone(cone);
         into.extend(self.visuals.iter().enumerate().filter(|(_, t)| may(t)).map(|(i, _)| i));
     }
 
     /// Lists the visuals that may lie between a beam and the lamp.
     pub fn in_beam(&self, beam: &Beam, into: &mut Vec<usize>) {
         into.clear();
-        let may = |placed: &Placed<S>| placed.ball.meets_beam(beam);
+        let may = |placed: &Placed<S>| placed.ball.intersects_beam(beam);
         into.extend(self.visuals.iter().enumerate().filter(|(_, t)| may(t)).map(|(i, _)| i));
     }
 }
@@ -133,12 +133,12 @@ fn across(toward: &Vector3<f64>) -> [Vector3<f64>; 2] {
 }
 
 impl Ball {
-    fn meets_cone(&self, cone: &Cone) -> bool {
+    fn intersects_cone(&self, cone: &Cone) -> bool {
         let Some([sine, cosine]) = self.half_angle else { return true };
         self.direction.dot(&cone.axis) >= cone.cosine * cosine - cone.sine * sine
     }
 
-    fn meets_beam(&self, beam: &Beam) -> bool {
+    fn intersects_beam(&self, beam: &Beam) -> bool {
         let gap =
             |i: usize| (beam.low[i] - self.across[i]).max(self.across[i] - beam.high[i]).max(0.0);
         let (u, v) = (gap(0), gap(1));

@@ -76,8 +76,8 @@ impl<L: RayLanes> Span<L> {
     #[inline(always)]
     pub fn first(self, near: L) -> L {
         let t = near.less(self.enter).select(self.enter, self.leave);
-        let met = self.enter.at_most(self.leave).both(near.less(t));
-        met.select(t, L::of(f64::INFINITY))
+        let is_hit = self.enter.at_most(self.leave).both(near.less(t));
+        is_hit.select(t, L::of(f64::INFINITY))
     }
 }
 

@@ -31,7 +31,7 @@ pub(super) fn nearest<L: RayLanes>(
         let along = ray.turned(&placed.visual_from_lens);
         let visual = L::of(index as f64);
         if let Shape::Mesh(mesh) = &visuals[index].shape {
-            mesh.meet(from, along, (near, visual), &mut hit);
+            mesh.intersect(from, along, (near, visual), &mut hit);
         } else {
             let t = span(&visuals[index].shape, placed.sizes, from, along).first(near);
             let closer = t.less(hit.t);
@@ -59,7 +59,7 @@ pub(super) fn shaded<L: RayLanes>(
         let from = place.turned(&placed.visual_from_lens) + splat(placed.lens_in_visual);
         let along = splat(placed.toward);
         if let Shape::Mesh(mesh) = &visuals[index].shape {
-            mesh.meet(from, along, (zero, zero), &mut hit);
+            mesh.intersect(from, along, (zero, zero), &mut hit);
         } else {
             let t = span(&visuals[index].shape, placed.sizes, from, along).first(zero);
             hit.t = t.less(hit.t).select(t, hit.t);

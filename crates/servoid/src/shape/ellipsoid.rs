@@ -120,7 +120,7 @@ impl Ellipsoid {
 
     /// Returns whether the straight line between two points passes through the inside.
     #[must_use]
-    pub fn meets(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
+    pub fn intersects(&self, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         let local = |point: &Vector3<f64>| {
             self.rotation
                 .inverse_transform_vector(&(point - self.center))

@@ -103,7 +103,7 @@ struct Carver {
 impl Part {
     fn new(ellipsoid: &Ellipsoid, larger: &[&Ellipsoid]) -> Self {
         let (center, factor) = (ellipsoid.center(), ellipsoid.factor());
-        let meets = |other: &&&Ellipsoid| {
+        let may_overlap = |other: &&&Ellipsoid| {
             (other.center() - center).norm() < other.radii().max() + ellipsoid.radii().max()
         };
         let carver = |other: &&Ellipsoid| {
@@ -112,7 +112,7 @@ impl Part {
             let to_ball = inverse * other.factor().transpose();
             Carver { turn: to_ball * factor, shift: to_ball * (center - other.center()) }
         };
-        Self { center, factor, carvers: larger.iter().filter(meets).map(carver).collect() }
+        Self { center, factor, carvers: larger.iter().filter(may_overlap).map(carver).collect() }
     }
 
     /// Sums over the lines of one ring, in the coordinates of the unit ball.

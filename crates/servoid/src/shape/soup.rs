@@ -110,7 +110,7 @@ impl Soup {
                 waiting.extend(&self.nodes[children..children + 2]);
             } else {
                 let own = &self.triangles[node.first..node.first + node.count];
-                if own.iter().any(|triangle| meets(triangle, from, along)) {
+                if own.iter().any(|triangle| intersects(triangle, from, along)) {
                     return false;
                 }
             }
@@ -238,7 +238,7 @@ fn solid_angle([a, b, c]: &[Vector3<f64>; 3], point: &Vector3<f64>) -> f64 {
 }
 
 /// Returns whether a ray hits a triangle.
-fn meets([a, b, c]: &[Vector3<f64>; 3], from: &Vector3<f64>, along: &Vector3<f64>) -> bool {
+fn intersects([a, b, c]: &[Vector3<f64>; 3], from: &Vector3<f64>, along: &Vector3<f64>) -> bool {
     let (one, two, gap) = (b - a, c - a, from - a);
     let across = along.cross(&two);
     let by = 1.0 / one.dot(&across);

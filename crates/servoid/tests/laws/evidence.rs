@@ -290,9 +290,9 @@ fn seen_points_that_are_no_numbers_are_refused_by_index() {
 fn a_line_meets_an_ellipsoid_that_stands_between_its_ends_only() {
     let one = Ellipsoid::new(0, [0.0; 3], [0.2, 0.1, 0.1], [1.0, 0.0, 0.0, 0.0]).unwrap();
     let at = |x: f64, y: f64| Vector3::new(x, y, 0.0);
-    assert!(one.meets(&at(-1.0, 0.05), &at(1.0, 0.05)));
-    assert!(!one.meets(&at(-1.0, 0.15), &at(1.0, 0.15)));
-    assert!(!one.meets(&at(0.5, 0.0), &at(1.0, 0.0)));
+    assert!(one.intersects(&at(-1.0, 0.05), &at(1.0, 0.05)));
+    assert!(!one.intersects(&at(-1.0, 0.15), &at(1.0, 0.15)));
+    assert!(!one.intersects(&at(0.5, 0.0), &at(1.0, 0.0)));
 }
 
 #[test]

@@ -140,7 +140,7 @@ fn camera() -> (Camera, Projection) {
 }
 
 /// Returns how deep a ray lies inside the cone of rays that hit the ellipsoid: positive inside.
-fn meets(quadric: &Quadric, ray: &Vector3<f64>) -> f64 {
+fn cone_depth(quadric: &Quadric, ray: &Vector3<f64>) -> f64 {
     let inverse = quadric.factor.try_inverse().unwrap();
     let (ray, center) = (inverse * ray, inverse * quadric.center);
     ray.dot(&center).powi(2) - ray.norm_squared() * (center.norm_squared() - 1.0)
@@ -162,7 +162,7 @@ proptest! {
                 prop_assert!(quadric.center.z - reach > 0.0);
                 let v = outline.center_v + share * outline.half_height;
                 let (begin, end) = outline.interval(v).unwrap();
-                let at = |u: f64| meets(&quadric, &camera.ray([u, v]));
+                let at = |u: f64| cone_depth(&quadric, &camera.ray([u, v]));
                 let scale = at(0.5 * (begin + end));
                 prop_assert!(scale > 0.0);
                 prop_assert!(at(begin).abs() < 1e-6 * scale && at(end).abs() < 1e-6 * scale);
@@ -181,7 +181,7 @@ proptest! {
         let mut wrong = 0;
         for (index, &pixel) in drawn.iter().enumerate() {
             let ray = camera.ray([(index % 160) as f64, (index / 160) as f64]);
-            wrong += usize::from((pixel > 0) != seen.iter().any(|q| meets(q, &ray) > 0.0));
+            wrong += usize::from((pixel > 0) != seen.iter().any(|q| cone_depth(q, &ray) > 0.0));
         }
         prop_assert!(wrong <= 1, "{wrong} pixels differ");
     }

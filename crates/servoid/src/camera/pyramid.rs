@@ -257,8 +257,8 @@ mod tests {
     #[test]
     fn noise_is_told_from_the_pattern_beneath_it() {
         for noise in [2.0, 4.0, f64::from(NOISY) - 0.5] {
-            let told = f64::from(drawn(noise).denoise());
-            assert!((0.8..1.25).contains(&(told / noise)), "{told} of {noise}");
+            let estimated = f64::from(drawn(noise).denoise());
+            assert!((0.8..1.25).contains(&(estimated / noise)), "{estimated} of {noise}");
         }
         assert!(drawn(0.0).denoise() < 0.5);
     }

@@ -37,7 +37,7 @@ use crate::shape::{Quadric, QuadricGradient};
 /// }
 ///
 /// impl Evidence for Near {
-///     fn open(&self, _standing: &[Quadric]) -> Box<dyn Fitness + Send> {
+///     fn open(&self, _current: &[Quadric]) -> Box<dyn Fitness + Send> {
 ///         Box::new(self.clone())
 ///     }
 /// }
@@ -54,7 +54,7 @@ use crate::shape::{Quadric, QuadricGradient};
 pub trait Evidence: Differentiable + Send {
     /// Returns the fitness of one more ellipsoid beside the existing ones: parts of the object that
     /// they leave open count for it, parts beside the object against it.
-    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send>;
+    fn open(&self, current: &[Quadric]) -> Box<dyn Fitness + Send>;
 }
 
 /// Several kinds of evidence as one: F = exp(Σ w ln J / Σ w), the weighted mean of the
@@ -140,8 +140,8 @@ impl Differentiable for Total {
 }
 
 impl Evidence for Total {
-    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
-        let parts = self.0.iter().map(|part| (part.weight, part.evidence.open(standing)));
+    fn open(&self, current: &[Quadric]) -> Box<dyn Fitness + Send> {
+        let parts = self.0.iter().map(|part| (part.weight, part.evidence.open(current)));
         Box::new(Open(parts.collect()))
     }
 }

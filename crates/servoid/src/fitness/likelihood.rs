@@ -31,11 +31,11 @@ impl Likelihood {
     }
 }
 
-fn region(views: &[LikelihoodView], standing: &[Quadric]) -> Region {
+fn region(views: &[LikelihoodView], current: &[Quadric]) -> Region {
     let share = 1.0 / views.len().max(1) as f64;
     let region_view = |view: &LikelihoodView| {
         let most: f64 = view.scores.iter().map(|score| score.max(0.0)).sum();
-        let map = open_map(view.scores.clone(), view.size_px, &view.projection, standing);
+        let map = open_map(view.scores.clone(), view.size_px, &view.projection, current);
         RegionView { map, projection: view.projection, weight: share / most.max(1.0) }
     };
     Region::new(views.iter().map(region_view).collect())
@@ -54,7 +54,7 @@ impl Differentiable for Likelihood {
 }
 
 impl Evidence for Likelihood {
-    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
-        Box::new(region(&self.views, standing))
+    fn open(&self, current: &[Quadric]) -> Box<dyn Fitness + Send> {
+        Box::new(region(&self.views, current))
     }
 }

@@ -133,10 +133,10 @@ impl Differentiable for Overlap {
 }
 
 impl Evidence for Overlap {
-    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
+    fn open(&self, current: &[Quadric]) -> Box<dyn Fitness + Send> {
         let share = 1.0 / self.views.len().max(1) as f64;
         let open = |(view, filled_px): (&OverlapView, &f64)| {
-            let map = open_map(balance(&view.filled), view.size_px, &view.projection, standing);
+            let map = open_map(balance(&view.filled), view.size_px, &view.projection, current);
             RegionView { map, projection: view.projection, weight: share / filled_px.max(1.0) }
         };
         Box::new(Region::new(self.views.iter().zip(&self.filled_px).map(open).collect()))
@@ -148,9 +148,9 @@ pub(super) fn open_map(
     mut scores: Vec<f64>,
     size_px: [usize; 2],
     projection: &Projection,
-    standing: &[Quadric],
+    current: &[Quadric],
 ) -> ScoreMap {
-    for outline in standing.iter().filter_map(|quadric| projection.outline(quadric)) {
+    for outline in current.iter().filter_map(|quadric| projection.outline(quadric)) {
         clear(&mut scores, size_px[0], &outline);
     }
     ScoreMap::from_scores(&scores, size_px, 1)

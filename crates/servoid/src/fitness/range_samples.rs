@@ -240,8 +240,8 @@ impl Differentiable for RangeSamples {
 }
 
 impl Evidence for RangeSamples {
-    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
-        let balls = balls(standing);
+    fn open(&self, current: &[Quadric]) -> Box<dyn Fitness + Send> {
+        let balls = balls(current);
         let mut sorted = Vec::new();
         let covered = |sample: &RangeSample| {
             self.intervals(sample, &balls, &mut sorted);

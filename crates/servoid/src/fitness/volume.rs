@@ -114,10 +114,10 @@ impl Differentiable for Volume {
 }
 
 impl Evidence for Volume {
-    fn open(&self, standing: &[Quadric]) -> Box<dyn Fitness + Send> {
+    fn open(&self, current: &[Quadric]) -> Box<dyn Fitness + Send> {
         let mut scores = balance(&self.grid.filled);
         let [width, height, _] = self.grid.size;
-        for (_, section, _) in sections(&self.grid, standing) {
+        for (_, section, _) in sections(&self.grid, current) {
             for (z, slice) in scores.chunks_exact_mut(width * height).enumerate() {
                 if let Some(cut) = section.at(z as f64) {
                     clear(slice, width, &cut);

@@ -85,15 +85,15 @@ pub fn paper(
     let settings = settings.checked()?;
     workers(settings.threads)?.install(|| {
         let mut search = Search::new(views, &settings, progress)?;
-        let (mut standing, mut steps, mut reached) = (Vec::new(), Vec::new(), 0.0);
-        while standing.len() < settings.max_ellipsoids {
-            standing.push(search.next(&standing, reached)?);
-            let fitness = search.points.fitness(&standing); // F_p
+        let (mut current, mut steps, mut reached) = (Vec::new(), Vec::new(), 0.0);
+        while current.len() < settings.max_ellipsoids {
+            current.push(search.next(&current, reached)?);
+            let fitness = search.points.fitness(&current); // F_p
             let gain = fitness - reached; // ΔF_p = F_p - F_(p-1)
-            if standing.len() > 1 && gain < settings.delta {
+            if current.len() > 1 && gain < settings.delta {
                 break;
             }
-            steps.push(Step { body: Body::around(&standing)?, fitness });
+            steps.push(Step { body: Body::around(&current)?, fitness });
             reached = fitness;
         }
         search.tell(steps.len(), reached, 1.0)?;
@@ -160,13 +160,13 @@ impl<'a> Search<'a> {
 
     /// Evolves one more ellipsoid. The existing ones add the same to every candidate's F, so only
     /// the candidates are scored.
-    fn next(&mut self, standing: &[Ellipsoid], reached: f64) -> Result<Ellipsoid, ModelError> {
+    fn next(&mut self, current: &[Ellipsoid], reached: f64) -> Result<Ellipsoid, ModelError> {
         let PaperSettings { generations, max_ellipsoids, seed, search, .. } = *self.settings;
-        let mut ga = Ga::new(&ranges(), search, rng(seed, standing.len() as u64))?;
+        let mut ga = Ga::new(&ranges(), search, rng(seed, current.len() as u64))?;
         for generation in 0..generations {
             let candidates = ga.ask().iter();
             let candidates: Vec<_> = candidates
-                .map(|individual| self.decode(&individual.genes, standing.first()))
+                .map(|individual| self.decode(&individual.genes, current.first()))
                 .collect::<Result<_, _>>()?;
             let scores: Vec<_> = candidates
                 .par_iter()
@@ -174,11 +174,11 @@ impl<'a> Search<'a> {
                 .map(|candidate| self.points.fitness(std::slice::from_ref(candidate)))
                 .collect();
             ga.tell(&scores)?;
-            let done = standing.len() * generations + generation;
+            let done = current.len() * generations + generation;
             let share = done as f64 / (max_ellipsoids * generations) as f64;
-            self.tell(standing.len(), reached, share)?;
+            self.tell(current.len(), reached, share)?;
         }
-        self.decode(&ga.best().genes, standing.first())
+        self.decode(&ga.best().genes, current.first())
     }
 
     /// Decodes the genes of an ellipsoid: position (3), logarithms of the radii (3), rotation (3).

@@ -76,18 +76,18 @@ impl BestByCount {
     /// added.
     pub fn steps(&self, scene: &Scene, views: &[View<'_>]) -> Result<Vec<Step>, ModelError> {
         let mut steps = Vec::with_capacity(self.fits.len());
-        let (mut standing, mut reached) = (self.empty.clone(), 0.0);
+        let (mut current, mut reached) = (self.empty.clone(), 0.0);
         let refined: Vec<_> = self.fits.par_iter().map(|fit| refine_finest(scene, fit)).collect();
         for mut fit in refined {
             let mut body = scene.body(&fit.quadrics)?;
             let mut overlap = mean(&silhouette_ious(&body, views));
-            if overlap < reached || fit.fitness < standing.fitness {
-                fit = standing.echo(&scene.finest);
+            if overlap < reached || fit.fitness < current.fitness {
+                fit = current.echo(&scene.finest);
                 body = scene.body(&fit.quadrics)?;
                 overlap = reached;
             }
             steps.push(Step { body, fitness: fit.fitness });
-            (standing, reached) = (fit, overlap);
+            (current, reached) = (fit, overlap);
         }
         Ok(steps)
     }

@@ -26,27 +26,27 @@ const WORTHWHILE: f64 = 1e-5;
 /// them together, and keeps the best.
 pub(in crate::model) fn add_one(
     scene: &Scene,
-    standing: &Fit,
+    current: &Fit,
     settings: &Settings,
     line: usize,
 ) -> Result<Fit, ModelError> {
-    let open = scene.coarse.total.open(&standing.quadrics);
-    let seek = |island: usize| {
-        let branch = branch(line, standing.quadrics.len(), 0, island);
-        seek_and_fit(scene, open.as_ref(), &standing.quadrics, settings, branch)
+    let open = scene.coarse.total.open(&current.quadrics);
+    let search_one = |island: usize| {
+        let branch = branch(line, current.quadrics.len(), 0, island);
+        search_and_fit(scene, open.as_ref(), &current.quadrics, settings, branch)
     };
     // The first ellipsoid matters most and costs little.
-    let islands = settings.islands * if standing.quadrics.is_empty() { FIRST_ISLANDS } else { 1 };
-    let found: Vec<_> = (0..islands).into_par_iter().map(seek).collect();
+    let islands = settings.islands * if current.quadrics.is_empty() { FIRST_ISLANDS } else { 1 };
+    let found: Vec<_> = (0..islands).into_par_iter().map(search_one).collect();
     let mut found: Vec<Fit> = found.into_iter().collect::<Result<_, _>>()?;
-    found.extend(splits(scene, standing, settings.splits));
-    if (1..MOST_AFRESH).contains(&standing.quadrics.len()) {
-        found.push(afresh(scene, standing.quadrics.len() + 1, settings, line)?);
+    found.extend(splits(scene, current, settings.splits));
+    if (1..MOST_AFRESH).contains(&current.quadrics.len()) {
+        found.push(afresh(scene, current.quadrics.len() + 1, settings, line)?);
     }
     let best = settle_best(scene, found);
     Ok(best
-        .filter(|fit| fit.fitness >= standing.fitness)
-        .unwrap_or_else(|| standing.echo(&scene.coarse)))
+        .filter(|fit| fit.fitness >= current.fitness)
+        .unwrap_or_else(|| current.echo(&scene.coarse)))
 }
 
 /// Islands for the first ellipsoid, per island of a later ellipsoid.
@@ -77,14 +77,14 @@ fn afresh(
 const AFRESH: usize = 0xffff;
 
 /// Splits each ellipsoid across each of its axes, and fits the `keep` most promising results.
-fn splits(scene: &Scene, standing: &Fit, keep: usize) -> Vec<Fit> {
+fn splits(scene: &Scene, current: &Fit, keep: usize) -> Vec<Fit> {
     let coarse = &scene.coarse;
-    let places: Vec<(usize, usize)> = (0..standing.quadrics.len())
+    let places: Vec<(usize, usize)> = (0..current.quadrics.len())
         .flat_map(|which| (0..3).map(move |axis| (which, axis)))
         .collect();
     let split = |&(which, axis): &(usize, usize)| {
-        let halves = standing.quadrics[which].halves(axis);
-        let all = [standing.without(&[which]), halves.to_vec()].concat();
+        let halves = current.quadrics[which].halves(axis);
+        let all = [current.without(&[which]), halves.to_vec()].concat();
         refine(coarse, &all, PASSING_STEPS)
     };
     let mut found: Vec<Fit> = places.par_iter().map(split).collect();
@@ -97,38 +97,38 @@ fn splits(scene: &Scene, standing: &Fit, keep: usize) -> Vec<Fit> {
 /// them anew, as long as that helps.
 pub(in crate::model) fn reseed(
     scene: &Scene,
-    mut standing: Fit,
+    mut current: Fit,
     settings: &Settings,
     line: usize,
 ) -> Result<Fit, ModelError> {
-    let count = standing.quadrics.len();
+    let count = current.quadrics.len();
     let rounds = if count < 2 { 0 } else { settings.reseeds };
     for round in 1..=rounds {
-        let removals = removals(scene, &standing, settings);
-        let seek = |place: usize| {
-            let mut fit = Fit { quadrics: standing.without(&removals[place]), ..Fit::default() };
+        let removals = removals(scene, &current, settings);
+        let search_one = |place: usize| {
+            let mut fit = Fit { quadrics: current.without(&removals[place]), ..Fit::default() };
             while fit.quadrics.len() < count {
                 let open = scene.coarse.total.open(&fit.quadrics);
                 let branch = branch(line, fit.quadrics.len(), round, place);
-                fit = seek_and_fit(scene, open.as_ref(), &fit.quadrics, settings, branch)?;
+                fit = search_and_fit(scene, open.as_ref(), &fit.quadrics, settings, branch)?;
             }
             Ok(fit)
         };
-        let found: Vec<_> = (0..removals.len()).into_par_iter().map(seek).collect();
+        let found: Vec<_> = (0..removals.len()).into_par_iter().map(search_one).collect();
         match settle_best(scene, found.into_iter().collect::<Result<_, ModelError>>()?) {
-            Some(fit) if fit.worth > standing.worth + WORTHWHILE => standing = fit,
+            Some(fit) if fit.worth > current.worth + WORTHWHILE => current = fit,
             _ => break,
         }
     }
-    Ok(standing)
+    Ok(current)
 }
 
 /// Selects what to remove: the single ellipsoids with the least loss, and the pairs that hide each
 /// other most, whose joint loss is far greater than that of each alone.
-fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize>> {
-    let whole = scene.coarse.total.score(&standing.quadrics);
-    let loss = |gone: &[usize]| whole - scene.coarse.total.score(&standing.without(gone));
-    let count = standing.quadrics.len();
+fn removals(scene: &Scene, current: &Fit, settings: &Settings) -> Vec<Vec<usize>> {
+    let whole = scene.coarse.total.score(&current.quadrics);
+    let loss = |gone: &[usize]| whole - scene.coarse.total.score(&current.without(gone));
+    let count = current.quadrics.len();
     let alone: Vec<f64> = (0..count).map(|one| loss(&[one])).collect();
     let mut singles: Vec<usize> = (0..count).collect();
     singles.sort_by(|&a, &b| alone[a].total_cmp(&alone[b]));
@@ -146,23 +146,23 @@ fn removals(scene: &Scene, standing: &Fit, settings: &Settings) -> Vec<Vec<usize
 /// Removes ellipsoids one by one and offers the remaining ones as the best body of their count;
 /// counts without a body yet are only passed through.
 pub(in crate::model) fn descend(scene: &Scene, from: Fit, by_count: &mut BestByCount) {
-    let mut standing = from;
-    while standing.quadrics.len() > 2 {
-        let count = standing.quadrics.len() - 1;
+    let mut current = from;
+    while current.quadrics.len() > 2 {
+        let count = current.quadrics.len() - 1;
         if count > by_count.max_count() {
-            let gone = by_loss(scene, &standing)[0];
-            standing = refine(&scene.coarse, &standing.without(&[gone]), PASSING_STEPS);
+            let gone = by_loss(scene, &current)[0];
+            current = refine(&scene.coarse, &current.without(&[gone]), PASSING_STEPS);
         } else {
-            by_count.offer(drop_one(scene, &standing));
-            standing = by_count.at(count).clone();
+            by_count.offer(drop_one(scene, &current));
+            current = by_count.at(count).clone();
         }
     }
 }
 
 /// Removes the ellipsoid that contributes least and fits the others together.
-fn drop_one(scene: &Scene, standing: &Fit) -> Fit {
-    let fit = |&gone: &usize| refine(&scene.coarse, &standing.without(&[gone]), STEPS[0]);
-    let mut order = by_loss(scene, standing);
+fn drop_one(scene: &Scene, current: &Fit) -> Fit {
+    let fit = |&gone: &usize| refine(&scene.coarse, &current.without(&[gone]), STEPS[0]);
+    let mut order = by_loss(scene, current);
     order.truncate(2 * FINALISTS);
     let found = order.par_iter().map(fit).collect();
     settle_best(scene, found).unwrap_or_default()
@@ -174,24 +174,24 @@ fn branch(line: usize, count: usize, round: usize, place: usize) -> u64 {
 }
 
 /// Orders the ellipsoids by the loss of F without them.
-fn by_loss(scene: &Scene, standing: &Fit) -> Vec<usize> {
+fn by_loss(scene: &Scene, current: &Fit) -> Vec<usize> {
     let total = &scene.coarse.total;
     let left: Vec<f64> =
-        (0..standing.quadrics.len()).map(|gone| total.score(&standing.without(&[gone]))).collect();
+        (0..current.quadrics.len()).map(|gone| total.score(&current.without(&[gone]))).collect();
     let mut order: Vec<usize> = (0..left.len()).collect();
     order.sort_by(|&a, &b| left[b].total_cmp(&left[a]));
     order
 }
 
-fn seek_and_fit(
+fn search_and_fit(
     scene: &Scene,
     open: &dyn Fitness,
-    standing: &[Quadric],
+    current: &[Quadric],
     settings: &Settings,
     branch: u64,
 ) -> Result<Fit, ModelError> {
-    let seed = search(open, standing, settings, rng(settings.seed, branch))?;
-    let all = [standing, &[seed]].concat();
+    let seed = search(open, current, settings, rng(settings.seed, branch))?;
+    let all = [current, &[seed]].concat();
     Ok(refine(&scene.coarse, &all, STEPS[0]))
 }
 

@@ -16,7 +16,7 @@ const RADII: (f64, f64) = (0.06, 1.2);
 /// or anywhere about the origin. `open` scores its gain.
 pub(in crate::model) fn search(
     open: &dyn Fitness,
-    standing: &[Quadric],
+    current: &[Quadric],
     settings: &Settings,
     rng: Rng,
 ) -> Result<Quadric, ModelError> {
@@ -26,27 +26,27 @@ pub(in crate::model) fn search(
     let mut ga = Ga::new(&ranges, settings.search, rng)?;
     for _ in 0..settings.generations {
         let quadrics: Vec<_> =
-            ga.ask().iter().map(|individual| decode(&individual.genes, standing)).collect();
+            ga.ask().iter().map(|individual| decode(&individual.genes, current)).collect();
         let scores: Vec<_> =
             quadrics.iter().map(|quadric| open.score(std::slice::from_ref(quadric))).collect();
         ga.tell(&scores)?;
     }
-    Ok(decode(&ga.best().genes, standing))
+    Ok(decode(&ga.best().genes, current))
 }
 
 /// Decodes the genes of an ellipsoid: position (3), logarithms of the radii (3), rotation (3),
 /// parent (1).
-fn decode(genes: &[f64], standing: &[Quadric]) -> Quadric {
+fn decode(genes: &[f64], current: &[Quadric]) -> Quadric {
     let place = Vector3::new(genes[0], genes[1], genes[2]);
     let radii = Vector3::new(libm::exp(genes[3]), libm::exp(genes[4]), libm::exp(genes[5]));
     let turn = even_turn(genes[6], genes[7], genes[8]);
     let factor = turn.to_rotation_matrix().into_inner() * Matrix3::from_diagonal(&radii);
     // A share of the gene's range stands for an independent position: an object may have parts that
     // do not touch.
-    let parent = (genes[9] * (standing.len() + 1) as f64) as usize;
-    let center = match standing.get(parent) {
+    let parent = (genes[9] * (current.len() + 1) as f64) as usize;
+    let center = match current.get(parent) {
         Some(parent) => parent.center + parent.factor * place.normalize(),
-        None if standing.is_empty() => place,
+        None if current.is_empty() => place,
         None => place * REACH,
     };
     Quadric { center, factor }

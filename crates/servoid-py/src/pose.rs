@@ -8,7 +8,7 @@ use servoid::pose as core;
 
 use crate::errors::{named, raise};
 use crate::taking::{
-    Wanted, floats, hash_numbers, read_numbers, read_rows, shorts, taken_in_words, told,
+    Wanted, described, floats, hash_numbers, read_numbers, read_rows, shorts, taken_in_words,
 };
 
 /// A rigid motion, an element of SE(3): `a_from_b` maps coordinates in `b` to coordinates in `a`.
@@ -54,7 +54,7 @@ impl Pose {
         let wanted = wanted("the matrix of a pose", "a 4x4 array of numbers");
         let array = floats(matrix, wanted)?;
         if array.shape() != [4, 4] {
-            let given = told(matrix);
+            let given = described(matrix);
             let message = format!("a pose is a 4x4 matrix, but {given} was given; {NOT_A_MATRIX}");
             return Err(named("PoseError", message));
         }
@@ -117,7 +117,7 @@ impl Pose {
             let message = format!(
                 "the sequence has {} {axes}, but angles are {}; give one in radians for each axis",
                 sequence.count(),
-                told(angles)
+                described(angles)
             );
             return Err(named("PoseError", message));
         }
@@ -276,7 +276,7 @@ fn not_joined(py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
     let message = format!(
         "@ joins two poses, but {} was given; move points with pose.transform(points), and make a \
          pose of a matrix with Pose(matrix)",
-        told(other)
+        described(other)
     );
     Err(named("PoseError", message))
 }

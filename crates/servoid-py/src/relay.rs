@@ -14,11 +14,11 @@ pub fn relay(
     let mut raised = None;
     let steps = py.detach(|| {
         work(&mut |count: usize, fitness: f64, share: f64| {
-            let told = Python::attach(|py| {
+            let called = Python::attach(|py| {
                 py.check_signals()?;
                 progress.map_or(Ok(()), |f| f.call1(py, (count, fitness, share)).map(drop))
             });
-            raised = told.err();
+            raised = called.err();
             raised.is_none()
         })
     });

@@ -20,7 +20,7 @@ impl Wanted {
     /// Makes the error for an invalid value.
     pub fn refuse(&self, given: &Bound<'_, PyAny>) -> PyErr {
         let Self { name, what, class } = self;
-        named(class, format!("{name} must be {what}, but {} was given", told(given)))
+        named(class, format!("{name} must be {what}, but {} was given", described(given)))
     }
 }
 
@@ -32,7 +32,7 @@ pub fn replace<T>(default: &mut T, given: Option<T>) {
 }
 
 /// Describes a Python value briefly.
-pub fn told(given: &Bound<'_, PyAny>) -> String {
+pub fn described(given: &Bound<'_, PyAny>) -> String {
     let kind = given.get_type().name().map_or_else(|_| "an object".into(), |name| name.to_string());
     if let Ok(array) = given.cast::<PyUntypedArray>() {
         let shape: Vec<String> = array.shape().iter().map(ToString::to_string).collect();
@@ -222,7 +222,7 @@ fn wrong_picture(given: &Bound<'_, PyAny>) -> PyErr {
     );
     let message = format!(
         "an image must be (H, W) or (H, W, 3) of uint8, RGB, but {} was given; {cure}",
-        told(given)
+        described(given)
     );
     named("ImageError", message)
 }
@@ -263,14 +263,14 @@ fn wrong_mask(given: &Bound<'_, PyAny>, kind: Option<u8>) -> PyErr {
     let message = format!(
         "a mask must be (H, W) of bool or whole numbers, not zero on the object, but {} was given; \
          {cure}",
-        told(given)
+        described(given)
     );
     named("MaskError", message)
 }
 
 /// Rejects a value of another class than required, with a message how to make the right one.
 pub fn other_class(given: &Bound<'_, PyAny>, needed: &str, error: &str, cure: &str) -> PyErr {
-    named(error, format!("{needed} is needed, but {} was given; {cure}", told(given)))
+    named(error, format!("{needed} is needed, but {} was given; {cure}", described(given)))
 }
 
 /// Implements conversion from Python for a class, with an error that describes other values.

@@ -12,8 +12,8 @@ use servoid::camera as core;
 use crate::errors::{named, raise};
 use crate::pose::{Pose, rows};
 use crate::taking::{
-    GivenMask, Picture, Wanted, floats, hash_numbers, other_class, read_number, read_numbers,
-    read_rows, read_size, remade, shorts, taken_in_words, told, valued,
+    GivenMask, Picture, Wanted, described, floats, hash_numbers, other_class, read_number,
+    read_numbers, read_rows, read_size, remade, shorts, taken_in_words, valued,
 };
 
 /// A pinhole camera: pixel (0, 0) is the centre of the top-left pixel.
@@ -164,7 +164,7 @@ pub fn read_matrix(given: &Bound<'_, PyAny>) -> PyResult<([f64; 2], [f64; 2])> {
             );
             Err(named("CameraError", message))
         }
-        _ => Err(named("CameraError", format!("K must be {what}, but is {}", told(given)))),
+        _ => Err(named("CameraError", format!("K must be {what}, but is {}", described(given)))),
     }
 }
 

@@ -17,8 +17,8 @@ use crate::pose::{Pose, read_poses, rows};
 use crate::settings::Settings;
 use crate::shape::Body;
 use crate::taking::{
-    GivenMask, Listed, Picture, Seconds, hashed_by_seed, remade, replace, taken_in_words, told,
-    valued, written,
+    GivenMask, Listed, Picture, Seconds, described, hashed_by_seed, remade, replace,
+    taken_in_words, valued, written,
 };
 use crate::track::estimate::Estimate;
 
@@ -367,7 +367,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Metres {
             let message = format!(
                 "a depth image has shape (H, W) of float32, in metres, but {} was given; convert \
                  it, such as millimetres by (depth * 0.001).astype(numpy.float32)",
-                told(&given)
+                described(&given)
             );
             return Err(named("ImageError", message));
         }

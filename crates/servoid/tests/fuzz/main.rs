@@ -51,7 +51,7 @@ fn tried(name: &str, target: Target, seed: u64) -> Option<String> {
 /// Runs all targets as often as requested, or until the time is over; returns the findings, and the
 /// number of inputs of each target in words.
 fn round(seed: u64, rounds: usize, until: Option<Instant>) -> (Vec<String>, String) {
-    let (mut found, mut turns, mut told) = (Vec::new(), 0, Instant::now());
+    let (mut found, mut turns, mut reported) = (Vec::new(), 0, Instant::now());
     for turn in 0.. {
         if turn >= rounds && until.is_none_or(|end| Instant::now() > end) {
             break;
@@ -63,8 +63,8 @@ fn round(seed: u64, rounds: usize, until: Option<Instant>) -> (Vec<String>, Stri
             }
         }
         turns = turn + 1;
-        if until.is_some() && told.elapsed() > Duration::from_secs(60) {
-            told = Instant::now();
+        if until.is_some() && reported.elapsed() > Duration::from_secs(60) {
+            reported = Instant::now();
             eprintln!("{}, {} found", counted(turns), found.len());
         }
     }

@@ -203,13 +203,13 @@ fn weights_out_of_range_are_refused_by_name() {
 #[test]
 fn whoever_watches_can_stop_the_work() {
     let scene = Scene::new(&pair());
-    let mut heard = 0;
+    let mut calls = 0;
     let stopped = progressive(&given(&scene.views()), &exactly(4), &mut |_, _, _| {
-        heard += 1;
+        calls += 1;
         false
     });
     assert_eq!(stopped, Err(ModelError::Stopped));
-    assert!(heard >= 1);
+    assert!(calls >= 1);
 }
 
 #[test]

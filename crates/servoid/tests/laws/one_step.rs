@@ -148,12 +148,12 @@ fn genes_of_place_never_turn_the_object() {
 #[test]
 fn an_orientation_that_is_told_is_held_from_then_on() {
     let mut tracker = started(&egg(), swing(0), place());
-    let told = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, 0.5, -0.2));
-    tracker.set_orientation(told).unwrap();
-    let truth = Pose::from_rotation(told, swing(1).translation());
+    let given = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, 0.5, -0.2));
+    tracker.set_orientation(given).unwrap();
+    let truth = Pose::from_rotation(given, swing(1).translation());
     let images = drawn(&egg(), Some(truth), 1);
     let estimate = tracker.step(&observed(&images, 0.1)).unwrap();
-    assert_eq!(estimate.world_from_object.rotation(), told);
+    assert_eq!(estimate.world_from_object.rotation(), given);
 }
 
 #[test]

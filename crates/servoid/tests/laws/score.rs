@@ -211,8 +211,8 @@ fn each_back_end_is_found_by_its_name_and_no_other_name_is() {
     for backend in Backend::available() {
         assert_eq!(Backend::named(backend.name()), Ok(backend));
     }
-    let told = Backend::named("avx1024").unwrap_err().to_string();
-    assert!(told.contains("'avx1024'") && told.contains("portable"), "{told}");
+    let message = Backend::named("avx1024").unwrap_err().to_string();
+    assert!(message.contains("'avx1024'") && message.contains("portable"), "{message}");
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn a_score_that_is_no_number_counts_as_the_worst() {
 }
 
 /// Scores a generation with decreasing scores as given, and returns its genes.
-fn told(settings: GaSettings, scores: &[f64]) -> (Ga, Vec<Vec<f64>>) {
+fn scored(settings: GaSettings, scores: &[f64]) -> (Ga, Vec<Vec<f64>>) {
     let mut ga = Ga::new(&RANGES, settings, rng(4, 0)).unwrap();
     let genes = ga.ask().iter().map(|one| one.genes.clone()).collect();
     ga.tell(scores).unwrap();
@@ -75,7 +75,7 @@ proptest! {
         scores in prop::collection::vec((-3..4_i32).prop_map(f64::from), 30),
     ) {
         let settings = GaSettings::default().with(|it| { it.population = 30; it.elites = 7; });
-        let (ga, genes) = told(settings, &scores);
+        let (ga, genes) = scored(settings, &scores);
         let mut order: Vec<usize> = (0..30).collect();
         order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
         for (elite, at) in ga.ask().iter().zip(&order[..7]) {
@@ -86,7 +86,7 @@ proptest! {
 
     #[test]
     fn a_population_moves_in_order_and_stays_in_its_ranges(by in -30.0..30.0_f64) {
-        let (mut ga, _) = told(GaSettings::default(), &[1.0; 48]);
+        let (mut ga, _) = scored(GaSettings::default(), &[1.0; 48]);
         let before: Vec<_> = ga.ask().to_vec();
         let mut next = 0;
         ga.move_each(|index, genes| {

@@ -58,8 +58,8 @@ fn places() -> impl Strategy<Value = [f64; 2]> {
 fn left_after_steps(place: [f64; 2], shift: Vector2<f64>, level: usize) -> Option<f64> {
     let point = learned(place, 100.0)?;
     let moved = pyramid(&picture([shift.x, shift.y], |x| 2.0 * x + 13.0));
-    let told = point.agreement(&projection(), &moved, level)?.tensor;
-    if told.symmetric_eigenvalues().min() < 0.02 {
+    let tensor = point.agreement(&projection(), &moved, level)?.tensor;
+    if tensor.symmetric_eigenvalues().min() < 0.02 {
         return None;
     }
     let mut found = Vector2::<f64>::zeros();

@@ -164,14 +164,17 @@ fn a_budget_that_is_over_at_once_leaves_one_generation_and_few_points_will_do() 
         it.budget_s = Some(1e-9);
     });
     let [one, other] = [few, light].map(|settings| {
-        let mut said = followed(&Stage::textured(), settings, 8);
-        said.iter_mut().for_each(|one| one.timing = Default::default());
-        said
+        let mut estimates = followed(&Stage::textured(), settings, 8);
+        estimates.iter_mut().for_each(|one| one.timing = Default::default());
+        estimates
     });
     assert_eq!(one, other);
-    for (index, said) in one.iter().enumerate() {
-        let off = said.world_from_object.inverse() * moving(index + 1);
-        assert!(said.located && off.translation().norm() < 0.005, "image {index}: {said:?}");
+    for (index, estimate) in one.iter().enumerate() {
+        let off = estimate.world_from_object.inverse() * moving(index + 1);
+        assert!(
+            estimate.located && off.translation().norm() < 0.005,
+            "image {index}: {estimate:?}"
+        );
     }
 }
 

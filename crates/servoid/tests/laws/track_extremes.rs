@@ -46,21 +46,21 @@ fn shown(tracker: &mut Tracker, camera: &Camera, first: There, then: There) -> V
         images: vec![Some(ImageView::new(&pictures[index], size, Channels::Rgb).unwrap())],
         depths: Vec::new(),
     };
-    let mut said = vec![];
-    said.extend(tracker.start(&seen(0), first.1, &[]));
-    said.extend(tracker.step(&seen(1)));
-    said.extend(tracker.find(&seen(2), Some(then.1)));
-    said.extend(tracker.step(&seen(3)));
-    said.extend(tracker.find(&seen(4), None));
-    said
+    let mut estimates = vec![];
+    estimates.extend(tracker.start(&seen(0), first.1, &[]));
+    estimates.extend(tracker.step(&seen(1)));
+    estimates.extend(tracker.find(&seen(2), Some(then.1)));
+    estimates.extend(tracker.step(&seen(3)));
+    estimates.extend(tracker.find(&seen(4), None));
+    estimates
 }
 
 /// Returns whether an estimate is finite and in range.
-fn is_sound(said: &Estimate) -> bool {
-    let pose = said.world_from_object.matrix();
-    (0.0..=1.0).contains(&said.confidence)
-        && pose.iter().chain(&said.covariance).all(|x| x.is_finite())
-        && said.unobservable.iter().flatten().all(|x| x.is_finite())
+fn is_sound(estimate: &Estimate) -> bool {
+    let pose = estimate.world_from_object.matrix();
+    (0.0..=1.0).contains(&estimate.confidence)
+        && pose.iter().chain(&estimate.covariance).all(|x| x.is_finite())
+        && estimate.unobservable.iter().flatten().all(|x| x.is_finite())
 }
 
 /// Numbers of any size whose squares are finite.
@@ -94,8 +94,8 @@ proptest! {
         let place = Pose::from_rotation(turn, place.into());
         let mut tracker = Tracker::new(&[camera], &body, TrackSettings::default()).unwrap();
         let there = (at(eye), place);
-        for said in shown(&mut tracker, &camera, there, there) {
-            prop_assert!(is_sound(&said), "{said:?}");
+        for estimate in shown(&mut tracker, &camera, there, there) {
+            prop_assert!(is_sound(&estimate), "{estimate:?}");
         }
     }
 
@@ -107,8 +107,8 @@ proptest! {
         let camera = Camera::new(size, [80.0; 2], size.map(|n| 0.5 * n as f64)).unwrap();
         let mut tracker = Tracker::new(&[camera], &ball(radius), TrackSettings::default()).unwrap();
         let before = (Pose::identity(), at([0.0, 0.0, 2.5 * radius]));
-        for said in shown(&mut tracker, &camera, before, (at(eye), at(place))) {
-            prop_assert!(is_sound(&said), "{said:?}");
+        for estimate in shown(&mut tracker, &camera, before, (at(eye), at(place))) {
+            prop_assert!(is_sound(&estimate), "{estimate:?}");
         }
     }
 
@@ -126,8 +126,8 @@ proptest! {
         let camera = Camera::new([64, 48], [80.0; 2], [32.0, 24.0]).unwrap();
         let mut tracker = Tracker::new(&[camera], &ball(0.05), settings).unwrap();
         let there = (Pose::identity(), at([0.0, 0.0, 0.3]));
-        for said in shown(&mut tracker, &camera, there, there) {
-            prop_assert!(is_sound(&said), "{said:?}");
+        for estimate in shown(&mut tracker, &camera, there, there) {
+            prop_assert!(is_sound(&estimate), "{estimate:?}");
         }
     }
 }
@@ -153,7 +153,7 @@ fn an_object_beyond_all_pixels_is_in_no_image() {
 
 #[test]
 fn seeking_anywhere_costs_no_more_in_images_of_odd_shapes() {
-    let sought = |size: [usize; 2]| {
+    let cost_of = |size: [usize; 2]| {
         let camera = Camera::new(size, [80.0; 2], size.map(|n| 0.5 * n as f64)).unwrap();
         let place = at([0.0, 0.0, 0.3]);
         let learned = Camera::new([64, 48], [80.0; 2], [32.0, 24.0]).unwrap();
@@ -178,9 +178,9 @@ fn seeking_anywhere_costs_no_more_in_images_of_odd_shapes() {
         };
         tracker.find(&seen, None).unwrap().evaluations
     };
-    let usual = sought([64, 48]);
+    let usual = cost_of([64, 48]);
     for size in [[48, 64], [8192, 8], [8, 8192], [1, 8192], [1, 1]] {
-        let cost = sought(size);
+        let cost = cost_of(size);
         // Five rounds at most, and at least one if it is found.
         assert!(cost <= 15 * usual, "{size:?}: {cost} hypotheses, {usual} usually");
     }

@@ -58,7 +58,7 @@ fn frozen(poses: &[Pose], grain: GrainOf, seconds: f64) -> Vec<(f64, Estimate)> 
 /// Returns the noise seed of an image, by its number.
 type GrainOf = fn(usize) -> usize;
 
-fn is_told(found: &Estimate) -> bool {
+fn is_reported(found: &Estimate) -> bool {
     found.notices.contains(&Notice::Outdated)
 }
 
@@ -76,14 +76,14 @@ fn images_that_freeze_before_what_moves_slowly_are_told_before_they_are_wrong() 
     for (across, turn) in [(SPEED * RADIUS, 0.0), (0.0, SPEED)] {
         let place = |seconds: f64| moved(across * seconds, turn * seconds);
         let poses: Vec<Pose> = (0..25).map(|count| place(count as f64 / RATE_HZ)).collect();
-        let said = frozen(&poses, |count| count, 10.0);
-        for (seconds, found) in &said {
+        let estimates = frozen(&poses, |count| count, 10.0);
+        for (seconds, found) in &estimates {
             let true_pose = place(24.0 / RATE_HZ + seconds);
             let off = off(found, &true_pose);
             let turned = found.world_from_object.rotation().angle_to(&true_pose.rotation());
             let wrong = off > 0.02 || turned > 15_f64.to_radians();
             assert!(!(wrong && found.status == Status::Tracking), "{seconds} s: {off} m, {turned}");
-            assert!(*seconds < 2.0 || is_told(found), "{across} {turn}: {seconds} s");
+            assert!(*seconds < 2.0 || is_reported(found), "{across} {turn}: {seconds} s");
         }
     }
 }
@@ -125,10 +125,10 @@ fn what_rests_is_believed_however_long_its_images_stay_the_same() {
     let cases: [(&[Pose], GrainOf); 4] =
         [(&rests, |count| count), (&rests, |_| 0), (&stops, |count| count), (&stops, |_| 0)];
     for (case, (poses, grain)) in cases.into_iter().enumerate() {
-        let said = frozen(poses, grain, 60.0);
-        let told = said.iter().find(|(_, found)| is_told(found));
-        assert!(told.is_none(), "case {case}: told after {} s", told.unwrap().0);
-        let (_, last) = said.last().unwrap();
+        let estimates = frozen(poses, grain, 60.0);
+        let reported = estimates.iter().find(|(_, found)| is_reported(found));
+        assert!(reported.is_none(), "case {case}: told after {} s", reported.unwrap().0);
+        let (_, last) = estimates.last().unwrap();
         assert_eq!(last.status, Status::Tracking, "case {case}");
     }
 }
@@ -251,7 +251,7 @@ fn eyes_that_turn_towards_each_other_while_images_are_frozen_measure_no_distance
         let found = tracker.step(&last.observation()).unwrap();
         let off = off(&found, &start());
         assert!(found.status != Status::Tracking || off < 0.02, "{count}: {off} m");
-        assert!(count < 3 || is_told(&found), "{count}");
+        assert!(count < 3 || is_reported(&found), "{count}");
     }
 }
 

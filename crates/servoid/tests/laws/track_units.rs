@@ -11,7 +11,7 @@ use servoid::track::{Estimate, Tracker};
 /// The estimates of a tracker in a world that is `scale` times as large.
 struct Course {
     scale: f64,
-    said: Vec<Estimate>,
+    estimates: Vec<Estimate>,
     body: Body,
 }
 
@@ -43,11 +43,11 @@ impl Course {
         let solids = solids.iter().map(|e| e.transformed(&Pose::identity(), scale)).collect();
         let body = Body::new(Pose::identity(), solids).unwrap();
         let mut tracker = Tracker::new(&stage.cameras(), &body, settings).unwrap();
-        let mut said = vec![];
+        let mut estimates = vec![];
         for (index, shot) in shots.iter().enumerate() {
             let mut seen = shot.observation();
             seen.world_from_camera.iter_mut().for_each(|eye| *eye = larger(eye, scale));
-            said.push(match index {
+            estimates.push(match index {
                 0 => tracker.start(&seen, larger(&moving(0), scale), &[]).unwrap(),
                 _ => tracker.step(&seen).unwrap(),
             });
@@ -55,31 +55,32 @@ impl Course {
         let mut again = shots[0].observation();
         again.world_from_camera.iter_mut().for_each(|eye| *eye = larger(eye, scale));
         again.time_s = shots.len() as f64;
-        said.push(tracker.find(&again, None).unwrap());
+        estimates.push(tracker.find(&again, None).unwrap());
         tracker.evolve().unwrap();
-        Self { scale, said, body: tracker.body().unwrap() }
+        Self { scale, estimates, body: tracker.body().unwrap() }
     }
 
     fn pose(&self, index: usize) -> Pose {
-        larger(&self.said[index].world_from_object, 1.0 / self.scale)
+        larger(&self.estimates[index].world_from_object, 1.0 / self.scale)
     }
 
     /// Returns a covariance in the metres of the original world.
     fn covariance(&self, index: usize) -> Matrix6<f64> {
         let unit = 1.0 / self.scale;
         let units = Matrix6::from_diagonal(&Twist::new(unit, unit, unit, 1.0, 1.0, 1.0));
-        units * self.said[index].covariance * units
+        units * self.estimates[index].covariance * units
     }
 
     /// Returns the largest difference between two sequences in numbers; everything else must be
     /// equal.
     fn differs(&self, other: &Self) -> f64 {
         let mut most = 0.0_f64;
-        for (index, (one, two)) in self.said.iter().zip(&other.said).enumerate() {
+        for (index, (one, two)) in self.estimates.iter().zip(&other.estimates).enumerate() {
             assert_eq!((one.status, one.located), (two.status, two.located), "image {index}");
             assert_eq!(one.evaluations, two.evaluations, "image {index}");
             assert_eq!(one.unobservable.len(), two.unobservable.len(), "image {index}");
-            let words = |said: &Estimate| said.notices.iter().map(ToString::to_string).collect();
+            let words =
+                |estimate: &Estimate| estimate.notices.iter().map(ToString::to_string).collect();
             let (these, those): (Vec<_>, Vec<_>) = (words(one), words(two));
             assert_eq!(these, those, "image {index}");
             let off = (self.pose(index).inverse() * other.pose(index)).log().amax();

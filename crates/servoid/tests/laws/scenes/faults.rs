@@ -96,7 +96,7 @@ fn repetition(seed: u64) -> Figures {
 /// Time goes back, stands still, jumps, and continues after a short gap.
 fn time(seed: u64) -> Figures {
     let mut worst = Worst::default();
-    let mut said = |time_s: f64| {
+    let mut notices_at = |time_s: f64| {
         let (mut tracker, mut shot) = (settled_of(seed), shot_of(seed, 6));
         shot.time_s = time_s;
         let found = tracker.step(&shot.observation()).unwrap();
@@ -105,9 +105,9 @@ fn time(seed: u64) -> Figures {
     };
     let before = 5.0 / 30.0;
     for now in [0.1, -1e9, before] {
-        assert_eq!(said(now), [Notice::Time { before, now }]);
+        assert_eq!(notices_at(now), [Notice::Time { before, now }]);
     }
-    assert_eq!(said(before + 100.0), [Notice::Jump(before + 100.0 - before)]);
-    assert_eq!(said(before + 0.1), []);
+    assert_eq!(notices_at(before + 100.0), [Notice::Jump(before + 100.0 - before)]);
+    assert_eq!(notices_at(before + 0.1), []);
     off(&worst)
 }

@@ -12,7 +12,7 @@ use super::table::{MARGIN, Row, SEEDS, written};
 use super::{Figures, ROWS, Scene, all};
 
 /// Number of seeds that are reported, the worst first.
-const TOLD: usize = 4;
+const LISTED: usize = 4;
 
 /// Returns the scenes whose names begin with one of the comma-separated words of `SERVOID_SCENES`;
 /// all if it is not set.
@@ -40,17 +40,17 @@ fn measured(scene: &Scene, runs: &[Figures]) -> Vec<Row> {
         let before = ROWS.iter().find(|row| row.names() == (scene.name, measure));
         let margin = before.map_or(MARGIN, |row| row.margin);
         let row = Row::new([scene.name, measure, unit], *sense, &values, margin);
-        tell(&row, &values, before);
+        report(&row, &values, before);
         row
     };
     scene.measures.iter().enumerate().map(row).collect()
 }
 
-fn tell(row: &Row, values: &[f64], before: Option<&Row>) {
+fn report(row: &Row, values: &[f64], before: Option<&Row>) {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| (values[*a] - row.worst).abs().total_cmp(&(values[*b] - row.worst).abs()));
     let seed = |at: &usize| format!("{at}: {:.3}", values[*at]);
-    let seeds: Vec<_> = order.iter().take(TOLD).map(seed).collect();
+    let seeds: Vec<_> = order.iter().take(LISTED).map(seed).collect();
     let had = before.map_or("new".to_owned(), |row| format!("before {}", row.bound));
     let Row { scene, measure, unit, sense, median, bound, .. } = row;
     let seeds = seeds.join(", ");

@@ -77,19 +77,19 @@ impl Scene {
 
     /// Returns which figures are beyond their bounds, and what is known of these.
     fn beyond(&self, seed: u64) -> Vec<String> {
-        let mut told = vec![];
+        let mut complaints = vec![];
         for (measure, value) in self.figures(seed) {
             let row = row(self.name, measure);
             let Row { unit, sense, bound, seeds, worst, .. } = row;
             if row.breaks(value) {
-                told.push(format!(
+                complaints.push(format!(
                     "{}, seed {seed}: {measure} is {value:.3} {unit}, which must be {sense} \
                      {bound}; the worst of {seeds} seeds was {worst}",
                     self.name
                 ));
             }
         }
-        told
+        complaints
     }
 }
 
@@ -150,33 +150,33 @@ impl Worst {
 
 /// Returns what is wrong with a table of scenes.
 fn faults(rows: &[Row], scenes: &[&Scene]) -> Vec<String> {
-    let mut told = vec![];
+    let mut complaints = vec![];
     for row in rows {
         let Row { sense, seeds, worst, margin, bound, .. } = *row;
-        let mut tell = |what: &str| told.push(format!("{:?} {what}", row.names()));
+        let mut complain = |what: &str| complaints.push(format!("{:?} {what}", row.names()));
         if bound != bound_of(worst, margin, sense) {
-            tell("has a bound that does not follow from its worst figure and its margin");
+            complain("has a bound that does not follow from its worst figure and its margin");
         }
         if seeds < SEEDS {
-            tell("is of too few seeds");
+            complain("is of too few seeds");
         }
         if margin < LEAST_MARGIN {
-            tell("has too small a margin");
+            complain("has too small a margin");
         }
         let declared = scenes.iter().filter(|scene| scene.name == row.scene);
         let known = (row.measure.as_str(), row.unit.as_str(), sense);
         if !declared.flat_map(|scene| scene.measures).any(|measure| *measure == known) {
-            tell("is of no scene");
+            complain("is of no scene");
         }
     }
     for scene in scenes {
         for (measure, ..) in scene.measures {
             if rows.iter().filter(|row| row.names() == (scene.name, measure)).count() != 1 {
-                told.push(format!("{} needs one row for {measure}", scene.name));
+                complaints.push(format!("{} needs one row for {measure}", scene.name));
             }
         }
     }
-    told
+    complaints
 }
 
 #[test]

@@ -122,16 +122,16 @@ fn half_hidden(seed: u64) -> Figures {
         tracker.step(&whole(index).observation()).unwrap();
     }
     let half = Stage { hidden_left_of: 160, ..stage };
-    let (mut worst, mut unsaid) = (Worst::default(), 0.0);
+    let (mut worst, mut unreported) = (Worst::default(), 0.0);
     for index in 4..12 {
         let shot = half.shot(index, &eyes(), Some(&moving(index)));
         let found = tracker.step(&shot.observation()).unwrap();
         worst.add(&found, &moving(index));
-        let said = found.notices.iter().any(|notice| matches!(notice, Notice::Hidden { .. }));
+        let reported = found.notices.iter().any(|notice| matches!(notice, Notice::Hidden { .. }));
         // What stays hidden is no longer expected, so only the first images report it.
-        unsaid += f64::from(u8::from(!said && index <= 5));
+        unreported += f64::from(u8::from(!reported && index <= 5));
     }
-    vec![("unsaid", unsaid), ("off", worst.off), ("turned", worst.turned)]
+    vec![("unsaid", unreported), ("off", worst.off), ("turned", worst.turned)]
 }
 
 fn balls(seed: u64) -> Figures {

@@ -71,13 +71,13 @@ fn at_size(seed: u64, halvings: usize) -> Figures {
     let stage = sharp(seed);
     let mut shots: Vec<_> =
         (0..IMAGES).map(|index| stage.shot(index, &eyes(), Some(&moving(index)))).collect();
-    let mut said = vec![];
+    let mut estimates = vec![];
     for _ in 0..3 {
-        said.push(followed(&shots, seed));
+        estimates.push(followed(&shots, seed));
         shots = shots.iter().map(halved).collect();
     }
     let (mut worst, mut apart) = (Worst::default(), 0.0_f64);
-    for (index, (one, two)) in said[1].iter().zip(&said[halvings]).enumerate() {
+    for (index, (one, two)) in estimates[1].iter().zip(&estimates[halvings]).enumerate() {
         worst.add(two, &moving(index + 1));
         apart = apart.max((one.confidence - two.confidence).abs());
     }

@@ -86,7 +86,7 @@ def segmented(target: Target, image: NDArray[np.uint8]) -> Mask | None:
 def print_steadiness() -> None:
     """Print one line per capture, and one for all."""
     whole: list[float] = []
-    accepted = asked = 0
+    accepted = tried = 0
     for kind, names in {**CAPTURES, **ALONE}.items():
         for name in names:
             folder = DATA / kind / name
@@ -102,10 +102,10 @@ def print_steadiness() -> None:
             print(f"{name}: {'; '.join(words)}")
             whole += [pair for _, pairs in results for pair in pairs]
             accepted += sum(count for count, _ in results)
-            asked += len(results) * len(MOVES)
+            tried += len(results) * len(MOVES)
     if whole:
         print(
-            f"boxes moved by 3 px: {accepted} of {asked} accepted; these agree to {min(whole):.2f} "
+            f"boxes moved by 3 px: {accepted} of {tried} accepted; these agree to {min(whole):.2f} "
             f"at worst, {np.median(whole):.2f} in the median"
         )
 

@@ -31,7 +31,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--passes", type=int, default=4, help="how often the recording is played")
     parser.add_argument("--rate", type=float, default=RATE_HZ, help="observations a second")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_moving_sample(folder / "moving")
@@ -39,7 +39,7 @@ def main() -> None:
         body = fit_capture(capture).body
         instants = list(read_instants(capture, capture.observations()))
         width, height = cameras_of(capture)[0].size_px
-        print(f"{len(instants)} pairs of {width}x{height}, {asked.rate:g} a second")
+        print(f"{len(instants)} pairs of {width}x{height}, {options.rate:g} a second")
         print(
             f"{'images':>10} {'clock ms':>9} {'p99':>7} {'thread ms':>10} {'p99':>7} {'step ms':>8}"
         )
@@ -48,7 +48,7 @@ def main() -> None:
             ("pixels", RunRig.of_source(cameras_of(capture), instants[0].names)),
         ):
             path = folder / "run.mcap"
-            times, notes = play(path, rig, capture, body, instants * asked.passes, asked.rate)
+            times, notes = play(path, rig, capture, body, instants * options.passes, options.rate)
             clock, thread, step = (1e3 * np.array(one) for one in zip(*times, strict=True))
             marks = [np.percentile(one, share) for one in (clock, thread) for share in (50, 99)]
             print("{:>10} {:9.3f} {:7.3f} {:10.3f} {:7.3f}".format(label, *marks), end="")

@@ -102,14 +102,14 @@ def main() -> None:
     arguments.add_argument("--first", type=int, default=0, help="the first seed (default 0)")
     arguments.add_argument("--only", choices=tables, help="one of the tables")
     arguments.add_argument("--names", nargs="+", help="of rows or objects, in place of all")
-    asked = arguments.parse_args()
+    options = arguments.parse_args()
     if find_spec("mujoco") is None:
         print("skipped: worlds need MuJoCo; pip install 'servoid[sim]'")
         return
     for title, rows in tables.items():
-        chosen = {name: row for name, row in rows.items() if name in (asked.names or rows)}
-        if asked.only in (None, title) and chosen:
-            measure(title, chosen, range(asked.first, asked.first + asked.seeds))
+        chosen = {name: row for name, row in rows.items() if name in (options.names or rows)}
+        if options.only in (None, title) and chosen:
+            measure(title, chosen, range(options.first, options.first + options.seeds))
 
 
 def rows_of(names: tuple[str, ...]) -> dict[str, dict[str, Any]]:

@@ -69,20 +69,22 @@ def main() -> None:
         "--logs", type=Path, help="a folder for the log of each run that is made"
     )
     arguments.add_argument("--tables", action="store_true", help="only print what was run")
-    asked = arguments.parse_args()
-    first, last = map(int, asked.seeds.split("-"))
-    lines = asked.runs.read_text().splitlines() if asked.runs.exists() else []
+    options = arguments.parse_args()
+    first, last = map(int, options.seeds.split("-"))
+    lines = options.runs.read_text().splitlines() if options.runs.exists() else []
     rows: list[Row] = [json.loads(line) for line in lines]
     done = {(row["table"], row["name"], row["seed"]) for row in rows}
-    if not asked.tables:
+    if not options.tables:
         for seed in range(first, last + 1):
             for table, name, values in cases():
-                wanted = asked.names is None or any(word in name for word in asked.names)
-                if (table, name, seed) in done or asked.only not in (None, table) or not wanted:
+                wanted = options.names is None or any(word in name for word in options.names)
+                if (table, name, seed) in done or options.only not in (None, table) or not wanted:
                     continue
-                log = asked.logs and asked.logs / f"{table}, {name}, {seed}.csv".replace(":", "")
+                log = options.logs and options.logs / f"{table}, {name}, {seed}.csv".replace(
+                    ":", ""
+                )
                 row = {"table": table, "name": name, "seed": seed, **run(name, values, seed, log)}
-                with asked.runs.open("a") as file:
+                with options.runs.open("a") as file:
                     file.write(json.dumps(row) + "\n")
                 rows.append(row)
     for table in TABLES:

@@ -48,7 +48,7 @@ rig_from_camera = {pose}
 class Fault:
     """A fault of the server, and the notice that must report it."""
 
-    asked: str
+    query: str
     notice: str
     is_killed: bool = False
 
@@ -94,7 +94,7 @@ def run(folder: Path, fault: Fault) -> list[Row]:
     """Track the streams live while the fault happens, and return the observations."""
     with served(BOTTLE, rate_hz=RATE_HZ) as address:
         began_s = time.monotonic()
-        tracking = track(folder, write_rig(folder / "rig.toml", address, fault.asked))
+        tracking = track(folder, write_rig(folder / "rig.toml", address, fault.query))
         if fault.is_killed:
             time.sleep(max(0.0, began_s + FAULT_S - time.monotonic()))
         else:

@@ -135,10 +135,10 @@ class Recording:
         body = self.many_view_body
         return Subject(body=body, start=self.world_from_mesh(0) @ body.world_from_object)
 
-    def track(self, subject: Subject | None = None, **asked: Any) -> TrackResult:
+    def track(self, subject: Subject | None = None, **options: Any) -> TrackResult:
         """Track the object, by default with a body from the first observation alone."""
         distance_m = self.distance_m if subject is None else None
-        request = Request(distance_m=distance_m, **asked)
+        request = Request(distance_m=distance_m, **options)
         return track_capture(self.capture, [subject or Subject()], request)[0]
 
     def score(

@@ -50,8 +50,8 @@ def compare(recording: Recording, every: int) -> None:
         *("sequence    ", "every", "variant                   ", "lost", "ADD median", "p95 mm"),
         *("degrees median", "p95  ", "ms median", "p99  ", "scores"),
     )
-    for variant, asked in VARIANTS:
-        result = recording.track(every=every, **asked)
+    for variant, options in VARIANTS:
+        result = recording.track(every=every, **options)
         score = recording.score(result)
         table.row(
             *(recording.name, every, variant, score.lost, score.add, score.add_95),

@@ -164,11 +164,11 @@ def seen_from_around(turning: Turning, shown: list[Instant]) -> tuple[Track, Tra
 
 def courses(given: argparse.Namespace) -> list[Course]:
     """Turn all objects with all seeds."""
-    asked = [(name, seed) for name in given.object for seed in range(given.seeds)]
+    runs = [(name, seed) for name in given.object for seed in range(given.seeds)]
     found = []
     with progress_bar("turning") as update:
-        for done, (name, seed) in enumerate(asked):
-            update(done / len(asked), f"{name}, seed {seed}")
+        for done, (name, seed) in enumerate(runs):
+            update(done / len(runs), f"{name}, seed {seed}")
             found.append(course_of(name, seed))
     return found
 

@@ -135,24 +135,24 @@ def sample(recording: Recording, variant: str, seed: int) -> tuple[Floats, Float
         for index, wrong in zip(found.index, found.wrong, strict=True)
         if (evidence := evidence_by_index[int(index)]) is not None
     ]
-    spoken = np.array([row[0] for row in rows]).reshape(-1, len(TERMS))
-    return spoken, np.array([row[1] for row in rows], float)
+    features = np.array([row[0] for row in rows]).reshape(-1, len(TERMS))
+    return features, np.array([row[1] for row in rows], float)
 
 
 def weights(samples: list[Sample]) -> Floats:
     """Return the maximum-likelihood weights, by sequences."""
     images = {name: sum(len(one[2]) for one in samples if one[0] == name) for name, *_ in samples}
-    spoken = np.concatenate([one[1] for one in samples])
+    features = np.concatenate([one[1] for one in samples])
     right = np.concatenate([one[2] for one in samples])
     each = np.concatenate([np.full(len(one[2]), 1.0 / images[one[0]]) for one in samples])
     each /= each.sum()
 
     def loss(given: Floats) -> tuple[float, Floats]:
-        odds = spoken @ given
+        odds = features @ given
         missed = 1.0 / (1.0 + np.exp(-odds)) - right
         free = np.r_[0.0, given[1:]]
         value = each @ (np.logaddexp(0.0, odds) - right * odds) + PENALTY * free @ free
-        return float(value), spoken.T @ (each * missed) + 2.0 * PENALTY * free
+        return float(value), features.T @ (each * missed) + 2.0 * PENALTY * free
 
     return np.asarray(minimize(loss, np.zeros(len(TERMS)), jac=True).x)
 
@@ -171,8 +171,8 @@ def print_weights(samples: list[Sample]) -> None:
     predicted, right = [], []
     for name in names:
         own = weights([one for one in samples if one[0] != name])
-        for _, spoken, truth in (one for one in samples if one[0] == name):
-            predicted.append(1.0 / (1.0 + np.exp(-spoken @ own)))
+        for _, features, truth in (one for one in samples if one[0] == name):
+            predicted.append(1.0 / (1.0 + np.exp(-features @ own)))
             right.append(truth)
     likely, truth = np.concatenate(predicted), np.concatenate(right)
     table = Table("probability", "images", "mean %", "right %")

@@ -7,8 +7,8 @@ writes to `tuning.tsv` how many more images were tracked rightly than with the u
 many more were wrong and trusted. The table of the page on tuning is generated from it.
 
 Run it with: python benches/trust/tuning.py [--seeds N] [CONSTANT ...]
-A CONSTANT is a file and a name, such as `trust/mod.rs:LOCATED`, or the beginning of that; without one,
-nothing is measured, and only the page's table is written.
+A CONSTANT is a file and a name, such as `trust/mod.rs:LOCATED`, or the beginning of that; without
+one, nothing is measured, and only the page's table is written.
 """
 
 import argparse

@@ -27,7 +27,7 @@ class Study(Generic[SettingsT]):
 
     name: str
     title: str
-    asks: str
+    question: str
     settings: type[SettingsT]
     quick: SettingsT
     plan: Callable[[SettingsT], Sequence[Work]]

@@ -20,13 +20,13 @@ def write_study_page(
     title: str,
     sections: Sequence[Section],
     *,
-    asks: str = "",
+    question: str = "",
     settings: str = "",
     notes: Sequence[str] = (),
 ) -> Path:
     """Write `index.html` into a folder that exists, and return its path.
 
-    `asks` is the study's question, `settings` its TOML text, and `notes` are sentences that the
+    `question` is the study's question, `settings` its TOML text, and `notes` are sentences that the
     page shows at the top.
 
     Raises:
@@ -35,7 +35,7 @@ def write_study_page(
     """
     parts = {
         "title": html.escape(title),
-        "asks": html.escape(asks),
+        "question": html.escape(question),
         "notes": notes_list(notes),
         "contents": "\n".join(_contents(*one) for one in enumerate(sections, 1)),
         "sections": "\n".join(_section(*one) for one in enumerate(sections, 1)),

@@ -86,7 +86,7 @@ def run_study(
     write_together(_tables(sections, place))
     failures = _failures(results)
     page = write_study_page(
-        place, study.title, sections, asks=study.asks, settings=text, notes=_notes(failures)
+        place, study.title, sections, question=study.question, settings=text, notes=_notes(failures)
     )
     return StudyReport(sections, page, sum(map(len, results.values())), failures)
 

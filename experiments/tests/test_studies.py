@@ -30,7 +30,7 @@ def study(request: pytest.FixtureRequest) -> Study[Any]:
 def test_a_study_goes_by_its_name_and_asks_something(study: Study[Any]) -> None:
     assert study_named(study.name) is study
     assert study.title
-    assert study.asks[0].isupper()
+    assert study.question[0].isupper()
 
 
 def test_settings_read_back_as_they_were_written(study: Study[Any], tmp_path: Path) -> None:

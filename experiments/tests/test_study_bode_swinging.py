@@ -54,19 +54,19 @@ def test_every_sine_is_heard_as_it_was_made(begin_s: float) -> None:
     one = swing()
     times = begin_s + 0.008 * np.arange(2500)
     values = np.array([[one.at(time_s), 3.0] for time_s in times])
-    heard = amplitudes(times, values, 0.05, 25)
+    spectrum = amplitudes(times, values, 0.05, 25)
     made = np.zeros(25, dtype=complex)
     made[np.array(LINES) - 1] = one.heights * np.exp(1j * one.phases)
-    np.testing.assert_allclose(heard[:, 0], made, atol=1e-12)
-    np.testing.assert_allclose(heard[:, 1], 0.0, atol=1e-12)
+    np.testing.assert_allclose(spectrum[:, 0], made, atol=1e-12)
+    np.testing.assert_allclose(spectrum[:, 1], 0.0, atol=1e-12)
 
 
 def test_what_comes_later_lags_by_its_delay() -> None:
     one, late_s = swing(), 0.05
     times = np.arange(600) / 30.0
     values = np.array([[one.at(time_s), one.at(time_s - late_s)] for time_s in times])
-    heard = amplitudes(times, values, 0.05, 25)[np.array(LINES) - 1]
-    phases = np.angle(heard[:, 1] / heard[:, 0])
+    spectrum = amplitudes(times, values, 0.05, 25)[np.array(LINES) - 1]
+    phases = np.angle(spectrum[:, 1] / spectrum[:, 0])
     np.testing.assert_allclose(phases, -2.0 * np.pi * 0.05 * np.array(LINES) * late_s, atol=1e-9)
 
 

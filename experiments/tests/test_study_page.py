@@ -62,7 +62,12 @@ def a_picture(folder: Path) -> Path:
 def test_a_page_needs_nothing_beside_it_and_says_all(tmp_path: Path) -> None:
     section = a_section(a_picture(tmp_path))
     page = write_study_page(
-        tmp_path, "A <study>", [section], asks="How far?", settings="a = '<b>'", notes=["1 failed"]
+        tmp_path,
+        "A <study>",
+        [section],
+        question="How far?",
+        settings="a = '<b>'",
+        notes=["1 failed"],
     )
     reader = Reader()
     reader.feed(page.read_text(encoding="utf-8"))

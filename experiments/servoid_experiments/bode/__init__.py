@@ -31,7 +31,7 @@ def report_bode(settings: BodeSettings, results: Results, folder: Path) -> Seque
 BODE = Study(
     name="bode",
     title="Frequency responses and margins",
-    asks=(
+    question=(
         "Up to which frequency do recognition, gaze and hand follow, with and without feed-forward "
         "and turning eyes, and how much gain, delay and latency does the loop withstand?"
     ),

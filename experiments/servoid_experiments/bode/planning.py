@@ -45,40 +45,40 @@ def plan(settings: BodeSettings) -> Sequence[Work]:
     )
 
 
-def _responses(asked: ResponseSettings) -> Iterator[ResponseCase]:
-    for seed in range(asked.seeds):
+def _responses(settings: ResponseSettings) -> Iterator[ResponseCase]:
+    for seed in range(settings.seeds):
         for variant in VARIANTS.values():
-            yield _response(asked, seed, variant, 1.0)
-    for seed in range(min(_HALVED, asked.seeds // 2)):
-        yield _response(asked, seed, (True, True), HALF)
+            yield _response(settings, seed, variant, 1.0)
+    for seed in range(min(_HALVED, settings.seeds // 2)):
+        yield _response(settings, seed, (True, True), HALF)
 
 
 def _response(
-    asked: ResponseSettings, seed: int, variant: tuple[bool, bool], scale: float
+    settings: ResponseSettings, seed: int, variant: tuple[bool, bool], scale: float
 ) -> ResponseCase:
     feed_forward, eyes_follow = variant
     return ResponseCase(
         seed=seed,
         feed_forward=feed_forward,
         eyes_follow=eyes_follow,
-        object=asked.object,
-        background=asked.background,
-        base_hz=asked.base_hz,
-        sideways_lines=asked.sideways_lines,
-        depth_lines=asked.depth_lines,
-        speed=asked.speed,
-        amplitude=asked.amplitude,
-        run_in_s=asked.run_in_s,
+        object=settings.object,
+        background=settings.background,
+        base_hz=settings.base_hz,
+        sideways_lines=settings.sideways_lines,
+        depth_lines=settings.depth_lines,
+        speed=settings.speed,
+        amplitude=settings.amplitude,
+        run_in_s=settings.run_in_s,
         scale=scale,
     )
 
 
-def _margins(asked: MarginSettings) -> Iterator[MarginCase]:
+def _margins(settings: MarginSettings) -> Iterator[MarginCase]:
     for loop, seeks in MAPS.values():
-        for latency_s in asked.latencies_s:
-            for rate_hz in asked.rates_hz:
+        for latency_s in settings.latencies_s:
+            for rate_hz in settings.rates_hz:
                 yield MarginCase(loop=loop, latency_s=latency_s, rate_hz=rate_hz, seeks=seeks)
     # With timestamps the gain margin is the same everywhere, which the corners show.
-    for latency_s in dict.fromkeys((min(asked.latencies_s), max(asked.latencies_s))):
-        for rate_hz in dict.fromkeys((min(asked.rates_hz), max(asked.rates_hz))):
+    for latency_s in dict.fromkeys((min(settings.latencies_s), max(settings.latencies_s))):
+        for rate_hz in dict.fromkeys((min(settings.rates_hz), max(settings.rates_hz))):
             yield MarginCase(loop=SERVOID, latency_s=latency_s, rate_hz=rate_hz, seeks="gain")

@@ -16,7 +16,7 @@ from servoid.servo import Controller, ServoSettings, servo
 from servoid.servo.arm import Floats
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.track import Follower, Method
-from servoid_experiments.bode.listening import Course, Listener
+from servoid_experiments.bode.recording import Course, RunRecorder
 from servoid_experiments.bode.swinging import Swing, Swinging, amplitudes
 
 SIDEWAYS, DEPTH = 0, 2  # indices of the axes
@@ -107,7 +107,7 @@ def run_response(case: ResponseCase) -> ResponseRow:
         @ object_from_body
     )
     world.start_path()
-    listener = Listener(world, object_from_body, settings)
+    recorder = RunRecorder(world, object_from_body, settings)
     controller = Controller(world.arm, settings)
     first = round(case.run_in_s / world.arm.period_s)
     count = round(1.0 / (case.base_hz * world.arm.period_s))
@@ -115,18 +115,18 @@ def run_response(case: ResponseCase) -> ResponseRow:
     for place, tick in enumerate(ticks):
         if place == first + count:
             break
-        listener.hear(tick, counts=place >= first)
-    if listener.held_s > _HELD_S:
+        recorder.record(tick, counts=place >= first)
+    if recorder.held_s > _HELD_S:
         raise ServoError(
-            f"the hand was held for {listener.held_s:.2f} s of the {1.0 / case.base_hz:g} s that "
+            f"the hand was held for {recorder.held_s:.2f} s of the {1.0 / case.base_hz:g} s that "
             "count; lower response.speed, or choose an object that is seen better"
         )
     return ResponseRow(
-        answers=_answers(case, listener),
-        images=len(listener.courses["seen"].times),
-        joint_speed_share=listener.joint_speed_share,
-        joint_acceleration_share=listener.joint_acceleration_share,
-        limited_share=listener.limited / count,
+        answers=_answers(case, recorder),
+        images=len(recorder.courses["seen"].times),
+        joint_speed_share=recorder.joint_speed_share,
+        joint_acceleration_share=recorder.joint_acceleration_share,
+        limited_share=recorder.limited / count,
     )
 
 
@@ -205,10 +205,10 @@ def _start_tracker(world: World, body: Body, seed: int) -> Follower:
     return tracker
 
 
-def _answers(case: ResponseCase, listener: Listener) -> list[Answer]:
+def _answers(case: ResponseCase, recorder: RunRecorder) -> list[Answer]:
     """Compare each signal with the object's motion, along both axes."""
     found = []
-    for signal, course in listener.courses.items():
+    for signal, course in recorder.courses.items():
         for axis, name, lines in (
             (SIDEWAYS, "sideways", case.sideways_lines),
             (DEPTH, "depth", case.depth_lines),
@@ -225,11 +225,11 @@ def _answer(
     moved = {*case.sideways_lines, *case.depth_lines}
     most = max(moved)
     pairs = np.array([np.array(course.truth)[:, axis], np.array(course.reported)[:, axis]]).T
-    heard = amplitudes(np.array(course.times), pairs, case.base_hz, most)
+    spectrum = amplitudes(np.array(course.times), pairs, case.base_hz, most)
     at = np.array(lines) - 1
-    ratio = heard[at, 1] / heard[at, 0]
+    ratio = spectrum[at, 1] / spectrum[at, 0]
     others = [line - 1 for line in range(1, most + 1) if line not in moved]
-    quiet = heard[others, 1]
+    quiet = spectrum[others, 1]
     return Answer(
         signal=signal,
         axis=name,

@@ -10,7 +10,7 @@ from servoid_experiments.modelling.settings import QUICK, ModelStudySettings
 MODEL = Study(
     name="model",
     title="How good a body is, by what it was made of",
-    asks=(
+    question=(
         "How many views and ellipsoids a body needs, what masks and camera poses that are not "
         "exact do to it, and how long modelling takes; on objects whose shape is known"
     ),

@@ -54,7 +54,7 @@ def report_paper(settings: PaperStudySettings, results: Results, folder: Path) -
 PAPER = Study(
     name="paper",
     title="The paper's experiments again",
-    asks=(
+    question=(
         "What do the experiments of 'Modeling of Arbitrary-Shaped Objects by Evolving-Ellipsoids "
         "Approximation for Visual Servoing' (AROB 2015) give in simulation, by its method and by "
         "servoid's, and which of the constants that it leaves out matter?"

@@ -8,7 +8,7 @@ from servoid_experiments.tracking.settings import QUICK, TrackStudySettings
 TRACK = Study(
     name="track",
     title="Until when an object is tracked, and how well",
-    asks=(
+    question=(
         "What tracking bears, one factor at a time around a common case: fast motion, few "
         "hypotheses, coarse bodies, noise, light, something before the object, and how the eyes "
         "stand; for servoid's tracker and for the paper's 1-step GA"

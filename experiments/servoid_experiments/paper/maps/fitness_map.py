@@ -113,7 +113,7 @@ def _scorer(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> 
     body = true_body(case.object_name, pair.world_from_object)
     settings = _paper_settings(case)
 
-    def score(places: Floats, asked: Sequence[Fitness]) -> dict[Fitness, Floats]:
+    def score(places: Floats, kinds: Sequence[Fitness]) -> dict[Fitness, Floats]:
         poses = _poses(places)
         eyes, images = pair.world_from_cameras, pair.images
         fine = tracker.score_terms(1.0, eyes, images, poses, resolution=FINEST, threads=1)
@@ -123,7 +123,7 @@ def _scorer(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> 
             Fitness.SURFACE: fine[:, 1],
             Fitness.FULL: fine.sum(axis=1),
         }
-        if Fitness.COARSE in asked:
+        if Fitness.COARSE in kinds:
             coarse = tracker.score_terms(1.0, eyes, images, poses, resolution=COARSEST, threads=1)
             found[Fitness.COARSE] = coarse.sum(axis=1)
         return found

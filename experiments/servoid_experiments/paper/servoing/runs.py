@@ -239,20 +239,20 @@ def _cured(
 
 
 def _unknown_cases(settings: ServoingSettings) -> list[UnknownCase]:
-    asked, scene = settings.unknown, settings.constants.scene
+    unknown, scene = settings.unknown, settings.constants.scene
     return [
         UnknownCase(
             object=name,
             seed=seed,
-            ellipsoids=asked.ellipsoids,
-            surface=name in asked.objects,
+            ellipsoids=unknown.ellipsoids,
+            surface=name in unknown.objects,
             omega=settings.omegas[1],
             amplitude=scene.amplitude,
-            settle_s=asked.settle_s,
+            settle_s=unknown.settle_s,
             periods=1,
-            size_px=asked.size_px,
+            size_px=unknown.size_px,
             background=scene.background,
         )
-        for name in (*asked.plain_objects, *asked.objects)
-        for seed in range(asked.seeds)
+        for name in (*unknown.plain_objects, *unknown.objects)
+        for seed in range(unknown.seeds)
     ]

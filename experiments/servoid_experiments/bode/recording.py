@@ -30,7 +30,7 @@ class Course:
         self.reported.append(reported)
 
 
-class Listener:
+class RunRecorder:
     """Records the ticks of a run in a world whose object swings.
 
     All positions are in the object's frame at the start. `courses` are, by name: what the tracker
@@ -49,7 +49,7 @@ class Listener:
         self.joint_speed_share, self.joint_acceleration_share = 0.0, 0.0
         self.limited = 0
 
-    def hear(self, tick: Tick, counts: bool) -> None:
+    def record(self, tick: Tick, counts: bool) -> None:
         """Process a control period; it is recorded only if it counts."""
         if tick.instant is not None and tick.estimate is not None:
             found = self._body_place(tick.estimate.world_from_object)

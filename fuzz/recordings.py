@@ -61,11 +61,11 @@ def _read_bag(path: Path) -> None:
         except ServoidError:
             continue
         for view in views[:_MOST_READ]:
-            _borne(view.image)
-            _borne(view.depth)
+            _read_or_refused(view.image)
+            _read_or_refused(view.depth)
 
 
-def _borne(read: Callable[[], object]) -> None:
+def _read_or_refused(read: Callable[[], object]) -> None:
     """Read, or be refused, so that what comes after is read, too."""
     try:
         read()
@@ -99,7 +99,7 @@ def _stream(data: bytes, _: Path) -> None:
         while video.grab():
             video.retrieve()
 
-    _borne(read_all)
+    _read_or_refused(read_all)
 
 
 def _recall(data: bytes, _: Path) -> None:
@@ -153,7 +153,7 @@ def _page() -> PickServer:
 _PAGES: list[PickServer] = []
 
 
-def _asked(route: str, body: bytes) -> bytes:
+def _http_post(route: str, body: bytes) -> bytes:
     heads = (
         f"POST /TOKEN/{route} HTTP/1.1",
         "Host: 127.0.0.1:PORT",
@@ -180,8 +180,8 @@ RECORDINGS: dict[str, Target] = {
     "looks": Target((learned_looks(),), _recall, 4),
     "request": Target(
         (
-            _asked("seek", b'{"target": "click:40,30"}'),
-            _asked("choose", b'{"target": "box:10,12,60,50"}'),
+            _http_post("seek", b'{"target": "click:40,30"}'),
+            _http_post("choose", b'{"target": "box:10,12,60,50"}'),
         ),
         _request,
         4,

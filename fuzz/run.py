@@ -24,7 +24,7 @@ from servoid.errors import ServoidError
 
 LONGEST_S = 10.0
 MOST_MIB = 1024.0
-_TOLD_EVERY_S = 60.0
+_REPORT_EVERY_S = 60.0
 _MIB = 1 << (20 if sys.platform == "darwin" else 10)  # in the unit of ru_maxrss
 _FOUND = Path(__file__).parent / "found"
 
@@ -43,7 +43,7 @@ class Tally(Counter[str]):
 
     def __init__(self) -> None:
         super().__init__()
-        self._start, self._told_s = time.monotonic(), 0.0
+        self._start, self._reported_s = time.monotonic(), 0.0
         self._before: set[int] = set()
 
     def is_new(self, name: str, data: bytes) -> bool:
@@ -58,8 +58,8 @@ class Tally(Counter[str]):
             return False
         self[name] += 1
         now = time.monotonic() - self._start
-        if now - self._told_s > _TOLD_EVERY_S:
-            self._told_s = now
+        if now - self._reported_s > _REPORT_EVERY_S:
+            self._reported_s = now
             print(f"{now:.0f} s: {self.total()} inputs", file=sys.stderr, flush=True)
         return True
 
@@ -124,11 +124,11 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--target", action="append", choices=sorted(TARGETS))
-    asked = parser.parse_args()
+    options = parser.parse_args()
     count, tally = 0, Tally()
     try:
         for found in findings(
-            asked.target or list(TARGETS), asked.seconds, asked.seed, tally=tally
+            options.target or list(TARGETS), options.seconds, options.seed, tally=tally
         ):
             count += 1
             _FOUND.mkdir(exist_ok=True)
@@ -137,7 +137,7 @@ def main() -> int:
             print(f"{place}: {found.words}", flush=True)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
-    print(f"{count} found in {tally.total()} inputs with seed {asked.seed}: {tally.words()}")
+    print(f"{count} found in {tally.total()} inputs with seed {options.seed}: {tally.words()}")
     return int(count > 0)
 
 

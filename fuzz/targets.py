@@ -66,14 +66,14 @@ def _command(data: bytes, folder: Path) -> None:
     for other, content in _CAPTURE.items():
         (folder / other).write_bytes(content)
     (folder / "capture.toml").write_bytes(data)
-    out, told, code = io.StringIO(), io.StringIO(), None
-    with redirect_stdout(out), redirect_stderr(told):
+    out, messages, code = io.StringIO(), io.StringIO(), None
+    with redirect_stdout(out), redirect_stderr(messages):
         try:
             main(["model", str(folder), "--out", str(folder / "b.json"), "--max-ellipsoids", "1"])
         except SystemExit as end:
             code = end.code
-    if code not in (0, 1) or told.getvalue().count("\n") > 1:
-        raise RuntimeError(f"the command ended with {code} and said {told.getvalue()!r}")
+    if code not in (0, 1) or messages.getvalue().count("\n") > 1:
+        raise RuntimeError(f"the command ended with {code} and said {messages.getvalue()!r}")
 
 
 def _read_bag(path: Path) -> object:

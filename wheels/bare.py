@@ -40,10 +40,10 @@ class BareError(Exception):
 def missing(machine: str) -> list[str]:
     """Say what a try needs that is not here."""
     names = [*_NEEDED, _qemu(machine)]
-    told = [f"{name} is missing" for name in names if shutil.which(name) is None]
+    problems = [f"{name} is missing" for name in names if shutil.which(name) is None]
     if os.geteuid() != 0:
-        told.append("only root may change into another system")
-    return told
+        problems.append("only root may change into another system")
+    return problems
 
 
 def try_wheel(wheel: Path, root: Path) -> set[Measured]:
@@ -62,12 +62,12 @@ def try_wheel(wheel: Path, root: Path) -> set[Measured]:
     emulated = machine != os.uname().machine
     ways = {"": _qemu(machine)} if emulated else {"": "", f" -cpu {_OLDEST}": _qemu(machine)}
     doctors = {way: _doctor(root, qemu, way.split()) for way, qemu in ways.items()}
-    for way, said in doctors.items():
-        figures = ", ".join(f"{name} {said['self_test'][name]!r}" for name in _SAME)
-        print(f"{wheel.name}{way}: {said['system']}, back end {said['back_end']}, {figures}")
+    for way, report in doctors.items():
+        figures = ", ".join(f"{name} {report['self_test'][name]!r}" for name in _SAME)
+        print(f"{wheel.name}{way}: {report['system']}, back end {report['back_end']}, {figures}")
     if not emulated:
         print(_in(root, "", (), "demo", "--out", "/demo"))
-    return {tuple(said["self_test"][name] for name in _SAME) for said in doctors.values()}
+    return {tuple(report["self_test"][name] for name in _SAME) for report in doctors.values()}
 
 
 def _qemu(machine: str) -> str:
@@ -136,11 +136,13 @@ def main() -> None:
     """Try the wheels that are named, each in a folder of its own that is removed."""
     parser = argparse.ArgumentParser(prog="python -m wheels.bare", description=__doc__)
     parser.add_argument("wheels", type=Path, nargs="+", help="wheels that wheels.build has made")
-    asked = parser.parse_args()
-    lacking = sorted({told for wheel in asked.wheels for told in missing(machine_of(wheel))})
+    options = parser.parse_args()
+    lacking = sorted(
+        {problem for wheel in options.wheels for problem in missing(machine_of(wheel))}
+    )
     if lacking:
         sys.exit("\n".join(lacking))
-    for wheel in asked.wheels:
+    for wheel in options.wheels:
         with tempfile.TemporaryDirectory(prefix="servoid-bare-") as folder:
             try:
                 measured = try_wheel(wheel, Path(folder))

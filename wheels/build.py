@@ -33,21 +33,23 @@ def triple(machine: str) -> str:
 
 def missing(machines: Sequence[str]) -> list[str]:
     """Say what a build needs that is not here."""
-    told = [
+    lacking = [
         f"{module} is missing: install it with: pip install {module}"
         for module in ("maturin", "ziglang")
         if find_spec(module) is None
     ]
     if shutil.which("cargo") is None or shutil.which("rustc") is None:
-        return [*told, "Rust is missing: install it with rustup"]
+        return [*lacking, "Rust is missing: install it with rustup"]
     for machine in machines:
-        said = _said("rustc", "--print", "target-libdir", "--target", triple(machine)).strip()
-        if not said or not any(Path(said).glob("libstd-*")):
-            told.append(
+        folder = _output_of(
+            "rustc", "--print", "target-libdir", "--target", triple(machine)
+        ).strip()
+        if not folder or not any(Path(folder).glob("libstd-*")):
+            lacking.append(
                 f"Rust's standard library for {machine} is missing: install it with: "
                 f"rustup target add {triple(machine)}"
             )
-    return told
+    return lacking
 
 
 def build(machine: str, out: Path) -> Path:
@@ -81,7 +83,7 @@ def _environment() -> Mapping[str, str]:
     replaced, and places in messages begin at the repository.
     """
     cargo = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
-    sysroot = _said("rustc", "--print", "sysroot").strip()
+    sysroot = _output_of("rustc", "--print", "sysroot").strip()
     places = {cargo / "registry" / "src": "crates", cargo: "cargo", sysroot: "rust", ROOT: "."}
     flags = [f"--remap-path-prefix={place}={name}" for place, name in reversed(places.items())]
     kept = {name: value for name, value in os.environ.items() if "RUSTFLAGS" not in name}
@@ -90,7 +92,7 @@ def _environment() -> Mapping[str, str]:
     return kept | zig | {"CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
 
 
-def _said(*command: str) -> str:
+def _output_of(*command: str) -> str:
     ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     return ran.stdout if ran.returncode == 0 else ""
 
@@ -102,14 +104,14 @@ def main() -> None:
     parser.add_argument(
         "--machine", choices=MACHINES, action="append", help="one machine only; again for more"
     )
-    asked = parser.parse_args()
-    machines = asked.machine or MACHINES
+    options = parser.parse_args()
+    machines = options.machine or MACHINES
     lacking = missing(machines)
     if lacking:
         sys.exit("\n".join(lacking))
     try:
         for machine in machines:
-            wheel = build(machine, asked.out)
+            wheel = build(machine, options.out)
             print(f"{wheel}: {wheel.stat().st_size / 1e6:.1f} MB")
     except BuildError as error:
         sys.exit(str(error))

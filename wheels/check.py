@@ -85,10 +85,10 @@ def record_problems(data: dict[str, bytes], folder: str) -> Iterator[str]:
 
 def licence_problems(data: dict[str, bytes], folder: str) -> Iterator[str]:
     """Say which texts of licences the wheel's own description does not name."""
-    said = data.get(f"{folder}/METADATA", b"").decode().splitlines()
+    metadata = data.get(f"{folder}/METADATA", b"").decode().splitlines()
     for name in sorted(data):
         path = name.removeprefix(f"{folder}/licenses/")
-        if path != name and f"License-File: {path}" not in said:
+        if path != name and f"License-File: {path}" not in metadata:
             yield f"METADATA does not name {path}"
 
 

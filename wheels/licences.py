@@ -47,11 +47,11 @@ def _metadata(triple: str) -> dict[str, Any]:
     return json.loads(ran.stdout)
 
 
-def _linked(told: dict[str, Any]) -> list[dict[str, Any]]:
+def _linked(metadata: dict[str, Any]) -> list[dict[str, Any]]:
     """List the packages that the binding is linked with, by name: no tools of the build."""
-    packages = {package["id"]: package for package in told["packages"]}
-    nodes = {node["id"]: node for node in told["resolve"]["nodes"]}
-    [start] = [one["id"] for one in told["packages"] if one["name"] == _BINDING]
+    packages = {package["id"]: package for package in metadata["packages"]}
+    nodes = {node["id"]: node for node in metadata["resolve"]["nodes"]}
+    [start] = [one["id"] for one in metadata["packages"] if one["name"] == _BINDING]
     found, left = set[str](), [start]
     while left:
         package = left.pop()
@@ -64,7 +64,7 @@ def _linked(told: dict[str, Any]) -> list[dict[str, Any]]:
             if any(kind["kind"] is None for kind in link["dep_kinds"])
             and not _is_macro(packages[link["pkg"]])
         ]
-    others = found - set(told["workspace_members"])
+    others = found - set(metadata["workspace_members"])
     return sorted((packages[one] for one in others), key=lambda one: (one["name"], one["version"]))
 
 

@@ -19,12 +19,12 @@ from fuzz.soak.servoing import soak_servoing
 from fuzz.soak.tracking import soak_tracking
 
 STRETCH = 1500  # images of a track, between servo runs
-_TOLD_EVERY_S = 300.0
+_REPORT_EVERY_S = 300.0
 
 
 def soak(health: Health, hours: float, images: int, seed: int) -> None:
     """Track and servo in turn until so many images and simulated hours are over."""
-    told = time.monotonic()
+    reported_s = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         turn = 0
         while health.servo_hours < hours or health.images < images:
@@ -35,8 +35,8 @@ def soak(health: Health, hours: float, images: int, seed: int) -> None:
                 soak_servoing(serving, Path(folder), health)
             health.sample()
             turn += 1
-            if time.monotonic() - told > _TOLD_EVERY_S:
-                told = time.monotonic()
+            if time.monotonic() - reported_s > _REPORT_EVERY_S:
+                reported_s = time.monotonic()
                 print(health.words(), file=sys.stderr, flush=True)
 
 
@@ -46,10 +46,10 @@ def main() -> int:
     parser.add_argument("--hours", type=float, default=1.0, help="servo so long, simulated")
     parser.add_argument("--images", type=int, default=0, help="track so many by themselves")
     parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     health = Health()
     try:
-        soak(health, asked.hours, asked.images, asked.seed)
+        soak(health, options.hours, options.images, options.seed)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
     return health.end()

@@ -43,11 +43,11 @@ def soak_servoing(
         health.counts[f"refused: {type(error).__name__}"] += 1
         return
     except Exception as error:  # what is no ServoidError is what is sought
-        health.wrong(f"a servo run raised {type(error).__name__}: {error}; {_told(settings)}")
+        health.wrong(f"a servo run raised {type(error).__name__}: {error}; {_described(settings)}")
         return
     health.servoed_s += float(trial.log.times[-1]) if len(trial.log) else 0.0
     for words in (*_unsafe(trial), *_wrongly_trusted(trial, health), *_lost_rows(trial, folder)):
-        health.wrong(f"{words}; {_told(settings)}")
+        health.wrong(f"{words}; {_described(settings)}")
 
 
 def drawn_settings(random: np.random.Generator, seconds: float) -> TrialSettings:
@@ -151,7 +151,7 @@ def _lost_rows(trial: ServoTrial, folder: Path) -> list[str]:
     return [] if whole else [f"{path.name} holds {len(rows) - 1} of {len(log)} control periods"]
 
 
-def _told(settings: TrialSettings) -> str:
+def _described(settings: TrialSettings) -> str:
     """Say of which run something is told, so that it can be repeated."""
     world = settings.world
     return (

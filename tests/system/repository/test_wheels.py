@@ -119,7 +119,7 @@ def test_the_machine_of_a_wheel_is_what_its_name_ends_in() -> None:
 
 def test_all_that_a_build_lacks_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "find_spec", {}.get)
-    monkeypatch.setattr(build, "_said", lambda *_: "")
+    monkeypatch.setattr(build, "_output_of", lambda *_: "")
     monkeypatch.setattr(build.shutil, "which", lambda name: name)
     told = build.missing(build.MACHINES)
     assert [line.split(" is missing")[0] for line in told] == [

@@ -150,7 +150,7 @@ def check_file(path: Path) -> None:
     """
     if path.is_dir():
         raise OutputError(f"cannot write {path}: it is a folder; name a file in it")
-    _check_writable(path.resolve().parent, asked=path)
+    _check_writable(path.resolve().parent, named=path)
 
 
 def check_folder(path: Path, *, parents: bool = False) -> None:
@@ -169,7 +169,7 @@ def check_folder(path: Path, *, parents: bool = False) -> None:
         folder = folder.parent
     if parents and not folder.is_dir():
         raise OutputError(f"cannot write into {path}: {folder} is a file; name another folder")
-    _check_writable(folder, asked=path)
+    _check_writable(folder, named=path)
 
 
 def make_folder(path: Path, *, parents: bool = False) -> None:
@@ -192,16 +192,16 @@ def _content(path: Path) -> bytes | None:
         raise OutputError(f"cannot replace {path}: {_reason(error)}") from error
 
 
-def _check_writable(folder: Path, asked: Path) -> None:
+def _check_writable(folder: Path, named: Path) -> None:
     if not folder.is_dir():
-        raise OutputError(f"cannot write {asked}: there is no folder {folder}; make it first")
+        raise OutputError(f"cannot write {named}: there is no folder {folder}; make it first")
     probe = _beside(folder / "probe")
     try:
         probe.open("xb").close()
         probe.unlink()
     except OSError as error:
         raise OutputError(
-            f"cannot write {asked}: {_reason(error)}; choose a folder that you may write to"
+            f"cannot write {named}: {_reason(error)}; choose a folder that you may write to"
         ) from error
 
 

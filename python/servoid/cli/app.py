@@ -117,7 +117,7 @@ def sample(
     """
     from servoid.cli.sampling import check_still, run_moving_sample, run_sample
 
-    asked = {
+    options = {
         "count": count,
         "size": None if size is None else size.value,
         "turn": turn or None,
@@ -128,7 +128,7 @@ def sample(
         "one_camera": one_camera or None,
         "seed": seed,
     }
-    given = {name: value for name, value in asked.items() if value is not None}
+    given = {name: value for name, value in options.items() if value is not None}
     if moving:
         run_moving_sample(directory, given)
     else:

@@ -14,7 +14,7 @@ from servoid.record import draw_answers
 _Made = TypeVar("_Made")
 
 
-class Asked(Protocol):
+class TargetOrder(Protocol):
     """The order of a command: where the result goes, and whether targets are trusted."""
 
     @property
@@ -28,7 +28,7 @@ class Asked(Protocol):
         ...
 
 
-def settled(work: Callable[[bool], _Made], asked: Asked) -> _Made:
+def settled(work: Callable[[bool], _Made], order: TargetOrder) -> _Made:
     """Call `work` with whether targets are trusted; if one is ambiguous, show it and ask.
 
     The picture of the candidates is written beside the result. Without a terminal to ask on, the
@@ -39,9 +39,9 @@ def settled(work: Callable[[bool], _Made], asked: Asked) -> _Made:
 
     """
     try:
-        return work(asked.trust_targets)
+        return work(order.trust_targets)
     except DoubtError as doubt:
-        picture = asked.out.with_name(f"{asked.out.stem}_target.png")
+        picture = order.out.with_name(f"{order.out.stem}_target.png")
         write_whole(picture, draw_answers(doubt.image, doubt.masks))
         words = f"{doubt}; {picture} shows the candidates"
         if not _can_ask():

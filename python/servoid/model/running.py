@@ -54,9 +54,9 @@ def run_core(
     with ThreadPoolExecutor(max_workers=1) as pool:
         steps = pool.submit(work)
         try:
-            while (heard := news.get()) is not None:
+            while (update := news.get()) is not None:
                 if progress is not None:
-                    progress(heard)
+                    progress(update)
         except BaseException:
             stop.set()
             raise

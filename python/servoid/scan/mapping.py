@@ -127,8 +127,8 @@ def _adjust(model: Any, *, center: bool, bent: bool) -> Any:
 def _covariance(model: Any, adjuster: Any) -> Floats | None:
     """Return the covariance of the adjusted intrinsics; None if the images do not determine it."""
     colmap = pycolmap()
-    asked = colmap.BACovarianceOptions()
-    found = run(lambda _: colmap.estimate_ba_covariance(asked, model, adjuster))
+    options = colmap.BACovarianceOptions()
+    found = run(lambda _: colmap.estimate_ba_covariance(options, model, adjuster))
     (camera,) = model.cameras.values()
     return None if found is None else found.get_other_params_cov(camera.params)
 

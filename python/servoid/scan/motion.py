@@ -13,7 +13,7 @@ from servoid.scan.matching import Matched, Pair
 _FEW_FEATURES = 60  # in the median image: a blank wall
 _STILL = 0.003  # of the diagonal: matches that move less are stationary
 _MOVED = (0.008, 0.15)  # of the diagonal: matches that move by this may be on one moving object
-_STANDS = 0.5  # share of matches that are stationary if the camera is stationary
+_STATIONARY = 0.5  # share of matches that are stationary if the camera is stationary
 _OTHER, _OTHER_COUNT = 0.02, 8  # share and number of matches that move before a stationary camera
 _NEXT = 2  # images apart: neighbours
 _WIDE = 0.03  # of the diagonal: pairs with less image motion do not constrain the camera's motion
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Standing:
+class PairMotion:
     """The evidence in a pair of images that the camera is stationary: shares of its matches."""
 
     still: float
@@ -53,23 +53,23 @@ def check_features(matched: Matched) -> None:
     )
 
 
-def check_standing(matched: Matched) -> None:
+def check_camera_moves(matched: Matched) -> None:
     """Check that the camera is not stationary.
 
     Raises:
         ScanError: it is; the message reports if an object moves before it.
 
     """
-    standing = {
-        pair: _standing(matched, pair, matches)
+    motions = {
+        pair: _pair_motion(matched, pair, matches)
         for pair, matches in sorted(matched.alike.items())
         if len(matches) >= _LEAST_MATCHES
     }
-    still = float(np.median([one.still for one in standing.values()])) if standing else 0.0
-    if still < _STANDS:
+    still = float(np.median([one.still for one in motions.values()])) if motions else 0.0
+    if still < _STATIONARY:
         return
     # A turning object matches only between neighbouring images.
-    near = [one for (first, second), one in standing.items() if second - first <= _NEXT]
+    near = [one for (first, second), one in motions.items() if second - first <= _NEXT]
     moving = [one for one in near if one.moved >= _OTHER and one.moved_count >= _OTHER_COUNT]
     if 2 * len(moving) >= max(1, len(near)):
         share = np.median([one.moved for one in moving])
@@ -89,11 +89,11 @@ def check_standing(matched: Matched) -> None:
     )
 
 
-def _standing(matched: Matched, pair: Pair, matches: NDArray[np.int64]) -> Standing:
+def _pair_motion(matched: Matched, pair: Pair, matches: NDArray[np.int64]) -> PairMotion:
     one, other = matched.places(pair, matches)
     ways = np.linalg.norm(other - one, axis=1) / matched.diagonal_px
     moved = (ways > _MOVED[0]) & (ways < _MOVED[1])
-    return Standing(float((ways < _STILL).mean()), float(moved.mean()), int(moved.sum()))
+    return PairMotion(float((ways < _STILL).mean()), float(moved.mean()), int(moved.sum()))
 
 
 def check_turning(matched: Matched) -> None:

@@ -124,7 +124,7 @@ class _Work:
             )
             motion.check_features(matched)
             if not request.turntable:
-                motion.check_standing(matched)
+                motion.check_camera_moves(matched)
             motion.check_turning(matched)
         with self._stage("poses") as report:
             solution = place_images(matched, report)

@@ -62,16 +62,16 @@ def servo_tracked(
     """
     while True:
         state = arm.state()
-        heard = perception.tracked()
-        if heard:
+        tracked = perception.tracked()
+        if tracked:
             state = arm.state()  # a real arm moved on while tracking took its time
         began = time.perf_counter()
-        for one in heard:
+        for one in tracked:
             controller.see(one.instant, one.estimate)
         command = controller.command(state, goal(state.time_s))
         control_s = time.perf_counter() - began
         arm.command(command.velocities)
-        yield _tick(state, heard, command, control_s)
+        yield _tick(state, tracked, command, control_s)
 
 
 def halt(arm: Arm, controller: Controller) -> Iterator[Command]:
@@ -112,11 +112,11 @@ def brought_to_rest(
 
 
 def _tick(
-    state: JointState, heard: tuple[TrackedInstant, ...], command: Command, control_s: float
+    state: JointState, tracked: tuple[TrackedInstant, ...], command: Command, control_s: float
 ) -> Tick:
-    if not heard:
+    if not tracked:
         return Tick(state, None, None, command, control_s, 0.0)
-    *earlier, newest = heard
+    *earlier, newest = tracked
     return Tick(
         state,
         newest.instant,
@@ -125,5 +125,5 @@ def _tick(
         control_s,
         newest.track_s,
         tuple(earlier),
-        sum(one.dropped for one in heard),
+        sum(one.dropped for one in tracked),
     )

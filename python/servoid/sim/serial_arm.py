@@ -134,8 +134,8 @@ class SerialArm:
     def _frames(self, positions: Floats) -> Floats:
         """Return the poses (links + 1, 4, 4) float64 of the links' frames, and of the hand last."""
         # Cached, as pose, Jacobian and cameras are requested for the same positions.
-        asked = positions.tobytes()
-        if self._last_frames is not None and self._last_frames[0] == asked:
+        key = positions.tobytes()
+        if self._last_frames is not None and self._last_frames[0] == key:
             return self._last_frames[1]
         angles = positions[: self._joints.hand_count, None, None]
         links = self._fixed + exact.cos(angles) * self._cosine + exact.sin(angles) * self._sine
@@ -144,7 +144,7 @@ class SerialArm:
         for index in range(1, len(links)):
             frames[index] = exact.product(frames[index - 1], links[index])
         frames[-1] = exact.product(frames[-2], self._flange_from_hand)
-        self._last_frames = asked, frames
+        self._last_frames = key, frames
         return frames
 
     def _start(self, arm: ArmFile) -> Floats:

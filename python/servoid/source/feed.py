@@ -93,11 +93,11 @@ class Feed:
         return self._count
 
     def _next(self) -> RawInstant | None:
-        asked_s = reported_s = time.monotonic()
+        begun_s = reported_s = time.monotonic()
         while not self._is_over():
             raw = self._source.newest_raw()
             if raw is not None:
-                if reported_s > asked_s:
+                if reported_s > begun_s:
                     self._report_silence(None)
                 return raw
             now_s = time.monotonic()

@@ -177,13 +177,13 @@ def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Su
 def _look(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:
     usable = _usable(capture, instant)
     only = slice(instant.index, instant.index + 1)
-    asked = model.Request(
+    modelling = model.Request(
         seed=request.seed, trust_targets=request.trust_targets, progress=request.progress
     )
     if subject.body is None:
         made = model.fit_capture(
             usable,
-            asked,
+            modelling,
             targets=subject.targets,
             observations=only,
             distance_m=request.distance_m,
@@ -195,7 +195,9 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
     if subject.targets or any(view.index == instant.index for view in usable.views()):
         # A mask in a single camera does not determine the distance of the object.
         if subject.start is None:
-            views = model.mark_everywhere(usable, asked, targets=subject.targets, observations=only)
+            views = model.mark_everywhere(
+                usable, modelling, targets=subject.targets, observations=only
+            )
         else:
             marked = mark(usable, subject.targets, only, trusted=request.trust_targets)
             views, notes = marked.views, marked.notes

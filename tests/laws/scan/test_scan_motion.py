@@ -61,7 +61,7 @@ def test_a_camera_that_only_turns_is_told(depth: tuple[float, float]) -> None:
 def test_a_camera_that_goes_past_things_at_several_depths_does_not_only_turn(turn: float) -> None:
     places = [seen(turn * step, 0.05 * step, cloud((0.8, 2.0))) for step in range(4)]
     motion.check_turning(matched(places))
-    motion.check_standing(matched(places))
+    motion.check_camera_moves(matched(places))
 
 
 def test_a_camera_that_goes_past_a_wall_does_not_only_turn() -> None:
@@ -73,11 +73,11 @@ def test_a_camera_that_stands_is_told_from_one_before_which_something_moves() ->
     points = cloud((0.8, 2.0))
     still = [seen(0.0, 0.0, points) for _ in range(4)]
     with pytest.raises(ScanError, match="does not move"):
-        motion.check_standing(matched(still))
+        motion.check_camera_moves(matched(still))
     for index, places in enumerate(still):
         places[:30] += [9.0 * index, 0.0]
     with pytest.raises(ScanError, match=r"an object moves before a static background.*--turntable"):
-        motion.check_standing(matched(still))
+        motion.check_camera_moves(matched(still))
 
 
 def test_images_without_features_are_refused() -> None:

@@ -96,7 +96,7 @@ pub fn paper(
             steps.push(Step { body: Body::around(&current)?, fitness });
             reached = fitness;
         }
-        search.tell(steps.len(), reached, 1.0)?;
+        search.report(steps.len(), reached, 1.0)?;
         Ok(steps)
     })
 }
@@ -176,7 +176,7 @@ impl<'a> Search<'a> {
             ga.tell(&scores)?;
             let done = current.len() * generations + generation;
             let share = done as f64 / (max_ellipsoids * generations) as f64;
-            self.tell(current.len(), reached, share)?;
+            self.report(current.len(), reached, share)?;
         }
         self.decode(&ga.best().genes, current.first())
     }
@@ -199,7 +199,7 @@ impl<'a> Search<'a> {
         Ok(Ellipsoid::new(0, center.into(), radii, quaternion)?)
     }
 
-    fn tell(&mut self, count: usize, fitness: f64, share: f64) -> Result<(), ModelError> {
+    fn report(&mut self, count: usize, fitness: f64, share: f64) -> Result<(), ModelError> {
         if (self.progress)(count, fitness, share) { Ok(()) } else { Err(ModelError::Stopped) }
     }
 }

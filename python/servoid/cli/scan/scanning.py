@@ -51,17 +51,17 @@ def scanned(order: ScanOrder) -> Scan:
     check_extras("servoid scan", {"pycolmap": "scan", "matplotlib": "view"})
     from servoid.view.scan.scan_report import scan_page
 
-    request = _request(order)
+    base = _request(order)
     filmed = open_filmed(parse_source(order.source), order.known, topics=order.topics)
     with progress_bar("scanning") as update:
-        asked = replace(
-            request,
+        request = replace(
+            base,
             partner=filmed.partner,
             given_lens=filmed.lens,
             notes=filmed.notes,
             progress=update,
         )
-        return scan(filmed.footage, order.out, asked, scan_page)
+        return scan(filmed.footage, order.out, request, scan_page)
 
 
 def _request(order: ScanOrder) -> Request:

@@ -221,7 +221,7 @@ def servo(
         "run.start_offset": (start_offset, "--start-offset"),
         "run.start_turn_deg": (start_turn, "--start-turn"),
     }
-    asked = {
+    options = {
         "world.arm.name": world,
         "world.object.name": object_name,
         "world.object.path": path,
@@ -241,7 +241,7 @@ def servo(
             for key, (text, option) in triples.items()
         },
     }
-    given = {key: value for key, value in asked.items() if value is not None}
+    given = {key: value for key, value in options.items() if value is not None}
     order = Order(
         out=out,
         video=video,

@@ -87,14 +87,14 @@ def _gather(folder: Path, groups: dict[_Key, list[Shot]]) -> Capture:
     )
 
 
-def _choose(truth: Mapping[int, tuple[BopPose, ...]], asked: int | None, path: Path) -> int:
+def _choose(truth: Mapping[int, tuple[BopPose, ...]], requested: int | None, path: Path) -> int:
     """Return the index of the chosen object, after checking that it is one object throughout."""
     most = max((len(found) for found in truth.values()), default=0)
-    if asked is None and most > 1:
+    if requested is None and most > 1:
         longest = max(truth.values(), key=len)
         objects = ", ".join(f"{index}: object {one.obj_id}" for index, one in enumerate(longest))
         raise CaptureError(f"{path} lists several objects; choose one by its index ({objects})")
-    index = 0 if asked is None else asked
+    index = 0 if requested is None else requested
     if index < 0 or (most and index >= most):
         raise CaptureError(f"{path} has no object with index {index}; choose 0 to {most - 1}")
     first: tuple[int, int] | None = None

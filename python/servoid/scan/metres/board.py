@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ScanError
-from servoid.scan.metres.scale import Scale, meet
+from servoid.scan.metres.scale import Scale, triangulate
 from servoid.scan.solution import Solution
 from servoid.words import number_of
 
@@ -146,7 +146,9 @@ def _fitted(solution: Solution, board: Board, marks: dict[int, list[tuple[int, F
     for number, seen in sorted(marks.items()):
         if len(seen) < _LEAST_IMAGES:
             continue
-        point, off = meet(solution, [index for index, _ in seen], np.array([at for _, at in seen]))
+        point, off = triangulate(
+            solution, [index for index, _ in seen], np.array([at for _, at in seen])
+        )
         if off < limit:
             numbers.append(number)
             places.append(point)

@@ -150,7 +150,7 @@ def index_of(solution: Solution, name: str) -> int:
     return index
 
 
-def meet(solution: Solution, indices: Sequence[int], pixels: Floats) -> tuple[Floats, float]:
+def triangulate(solution: Solution, indices: Sequence[int], pixels: Floats) -> tuple[Floats, float]:
     """Return where the rays through pixels (V, 2) of images meet, and the RMS error there in px.
 
     The point, (3,), minimises the angles to all rays.
@@ -181,7 +181,7 @@ def _of_length(solution: Solution, marks: Sequence[Length]) -> tuple[float, floa
     indices = [index_of(solution, one.name) for one in marks]
     pixels = np.array([[one.start, one.end] for one in marks], np.float64)
     _check_apart(solution, indices, marks)
-    ends = [meet(solution, indices, pixels[:, side]) for side in (0, 1)]
+    ends = [triangulate(solution, indices, pixels[:, side]) for side in (0, 1)]
     diagonal = math.hypot(*solution.lens.size_px)
     off = max(error for _, error in ends)
     if not off < _OFF_PX * diagonal / 1000.0:
@@ -196,7 +196,9 @@ def _of_length(solution: Solution, marks: Sequence[Length]) -> tuple[float, floa
     for place in np.ndindex(*pixels.shape):
         moved = pixels.copy()
         moved[place] += _CLICK_PX
-        slopes.append(_apart([meet(solution, indices, moved[:, side]) for side in (0, 1)]) - units)
+        slopes.append(
+            _apart([triangulate(solution, indices, moved[:, side]) for side in (0, 1)]) - units
+        )
     return marks[0].metres / units, float(np.linalg.norm(slopes)) / units
 
 

@@ -78,7 +78,7 @@ class SafetySupervisor:
         self._straying = Straying(settings)
         self._object_from_goal: Pose | None = None
         self._trusted_s: float | None = None
-        self._heard_s: float | None = None  # time of the filter's last estimate
+        self._last_estimate_s: float | None = None  # time of the filter's last estimate
         self._held, self._stopped = True, False
         self._resumed_s = 0.0
         self._now_s = np.inf
@@ -190,8 +190,8 @@ class SafetySupervisor:
 
     def _follow(self, estimate: TargetEstimate) -> None:
         """Pass a credible estimate to the filter, and evaluate the result."""
-        heard_s, self._heard_s = self._heard_s, estimate.time_s
-        gap = heard_s is None or estimate.time_s - heard_s > self._settings.coast_s
+        previous_s, self._last_estimate_s = self._last_estimate_s, estimate.time_s
+        gap = previous_s is None or estimate.time_s - previous_s > self._settings.coast_s
         if self._held and self._in_a_row == 0 and (gap or self._target.jumps == 0):
             self._target.forget()  # motion before the gap does not predict motion after it
             self._parting.clear()

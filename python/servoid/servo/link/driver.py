@@ -25,7 +25,7 @@ _MOST = 4096  # maximum number of lines read at once
 
 
 @dataclass(frozen=True, eq=False)
-class Heard:
+class ReceivedState:
     """A state that the driver sent, and the time of this process's clock at which it was read."""
 
     state: State
@@ -47,7 +47,7 @@ class Driver:
         self._lines = _connected(address, settings.patience_s)
         try:
             self.welcome: Welcome = self._welcomed(self._messages()[0])
-            self.heard: Heard = self.listen()
+            self.received: ReceivedState = self.listen()
         except ServoError:
             self._lines.close()
             raise
@@ -59,14 +59,14 @@ class Driver:
             ServoError: the driver does not start in time, or is gone.
 
         """
-        until, asked = time.monotonic() + self._settings.patience_s, ""
+        until, session = time.monotonic() + self._settings.patience_s, ""
         while True:
             state = self.listen().state
-            if state.phase is Phase.RUNNING and state.session == asked:
-                return asked
-            ready = state.phase is Phase.WAITING and state.resting and state.session != asked
+            if state.phase is Phase.RUNNING and state.session == session:
+                return session
+            ready = state.phase is Phase.WAITING and state.resting and state.session != session
             if ready and self.send(Start(state.session)):
-                asked = state.session
+                session = state.session
             if time.monotonic() > until:
                 if state.stopped:
                     raise ServoError(
@@ -82,7 +82,7 @@ class Driver:
         """Send a message; return False if the driver is gone or lags far behind."""
         return self._lines.send(line_of(message))
 
-    def listen(self) -> Heard:
+    def listen(self) -> ReceivedState:
         """Wait for a state, and return the newest that has arrived.
 
         Raises:
@@ -92,10 +92,10 @@ class Driver:
         while True:
             states = [one for one in self._messages() if isinstance(one, State)]
             if states:
-                self.heard = Heard(states[-1], time.monotonic())
-                return self.heard
+                self.received = ReceivedState(states[-1], time.monotonic())
+                return self.received
 
-    def newest(self) -> Heard:
+    def newest(self) -> ReceivedState:
         """Return the newest state that has arrived, without waiting.
 
         Raises:
@@ -104,7 +104,7 @@ class Driver:
         """
         while not self._lines.closed and select.select([self._lines.socket], [], [], 0.0)[0]:
             self.listen()
-        return self.heard
+        return self.received
 
     def close(self) -> None:
         """Close the connection."""

@@ -110,7 +110,7 @@ class LinkedArm:
     @property
     def told(self) -> State:
         """Return the driver's last state."""
-        return self._driver.heard.state
+        return self._driver.received.state
 
     def world_from_hand(self, positions: Floats) -> Pose:
         """Return the pose of the hand for these joint positions."""
@@ -126,8 +126,8 @@ class LinkedArm:
 
     def now_s(self) -> float:
         """Return the time of the driver's clock, for stamping images; thread-safe."""
-        heard = self._driver.heard
-        return _number(heard.state.time_s) + time.monotonic() - heard.read_s
+        received = self._driver.received
+        return _number(received.state.time_s) + time.monotonic() - received.read_s
 
     def start(self) -> None:
         """Let the arm move, once its joints are at rest.

@@ -49,7 +49,7 @@ class CommandReceiver:
         self._speeds = np.zeros(len(joints.names))
         self._motion: StoppingTrajectory | None = None
         self._begun_s = self._stamp_s = 0.0
-        self._heard_s = -np.inf
+        self._last_state_s = -np.inf
         self.refused: Counter[Refusal] = Counter()
         self.ended = ""
         self._open("")
@@ -88,13 +88,13 @@ class CommandReceiver:
         """Return the speeds (N,) for the next period, within all limits for any command."""
         wanted = np.zeros(len(self._speeds))
         positions = np.asarray(state.positions, np.float64)
-        goes_on = state.time_s > self._heard_s
-        if state.time_s < self._heard_s:
+        goes_on = state.time_s > self._last_state_s
+        if state.time_s < self._last_state_s:
             self.brake("the arm's clock ran back")
         if state.stopped:
             self.brake("the arm is in a protective stop")
         if np.isfinite(state.time_s):
-            self._heard_s = state.time_s
+            self._last_state_s = state.time_s
         # With a stopped clock, no motion would end.
         usable = goes_on and np.isfinite([state.time_s, *positions]).all()
         if self._motion is not None and usable:

@@ -78,7 +78,7 @@ def serve_arm(
 
 def _step(arm: DrivenJoints, connection: "_Connection", receiver: CommandReceiver) -> DriverStep:
     state = arm.state()
-    connection.hear(state)
+    connection.receive(state)
     speeds = receiver.speeds(state)
     reported = _link_state(receiver, state)
     connection.send(reported)
@@ -115,7 +115,7 @@ class _Connection:
         self._lines: Lines | None = None
         self._welcome = line_of(_welcome(arm))
 
-    def hear(self, state: JointState) -> None:
+    def receive(self, state: JointState) -> None:
         """Process received messages, but at most one period's share."""
         self._read(state)
         self._accept()

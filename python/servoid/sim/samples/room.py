@@ -44,7 +44,7 @@ def furnish(seed: int) -> tuple[Visual, ...]:
     for row in range(_ROWS):
         for column in range(_COLUMNS):
             x = 0.17 * (column - 0.5 * (_COLUMNS - 1) + 0.5 * row) + random.uniform(-0.03, 0.03)
-            parts.append(_stand(random, x, 0.94 + 0.24 * row + random.uniform(-0.04, 0.04)))
+            parts.append(_table_item(random, x, 0.94 + 0.24 * row + random.uniform(-0.04, 0.04)))
     for column in range(_CARDS):
         place = (
             0.16 * (column - 0.5 * (_CARDS - 1)) + random.uniform(-0.04, 0.04),
@@ -69,7 +69,7 @@ def _wall() -> Visual:
     return flat_painted((0.0, 1.5, 0.7), (3.0, 1.6), upright, _wallpaper, texel=_COARSE_TEXEL)
 
 
-def _stand(random: np.random.Generator, x: float, y: float) -> Convex:
+def _table_item(random: np.random.Generator, x: float, y: float) -> Convex:
     """Return a thing on the table at (x, y)."""
     kind, yaw = random.integers(0, 4), random.uniform(-40.0, 40.0)
     if kind == 0:

@@ -109,7 +109,7 @@ def run_servo_trial(
         prepared(world)
     report = watch or (lambda _: None)
     first = world.world_from_hand_at(0.0).inverse() @ world.world_from_object_at(0.0)
-    exploration, goal = _met(world, settings, Path(folder) / _LOOKS, mark, report)
+    exploration, goal = _explored(world, settings, Path(folder) / _LOOKS, mark, report)
     # Observations on the way do not predict the motion from now on.
     controller = Controller(world.arm, settings.servo)
     tracker = _start_tracker(world, exploration, settings, controller)
@@ -122,7 +122,7 @@ def run_servo_trial(
     return trial
 
 
-def _met(
+def _explored(
     world: World,
     settings: TrialSettings,
     folder: Path,
@@ -254,10 +254,10 @@ def _take_place(
     off = change_between(hand, start[0])
     shift, turned = exact.norm(off[:3]), exact.norm(off[3:])
     if max(shift, turned) > look.near:
-        asked = settings.run
+        run = settings.run
         raise ServoError(
-            f"the hand cannot start {_listed(asked.start_offset)} m and "
-            f"{_listed(asked.start_turn_deg)} degrees off its goal: it stays {shift:.3f} m and "
+            f"the hand cannot start {_listed(run.start_offset)} m and "
+            f"{_listed(run.start_turn_deg)} degrees off its goal: it stays {shift:.3f} m and "
             f"{np.degrees(turned):.1f} degrees away from there, at a limit of the arm or of its "
             "workspace; choose smaller values"
         )
@@ -276,8 +276,8 @@ def _start_tracker(
         ServoError: the object is not found again after looking around.
 
     """
-    asked = settings.track
-    tracker = asked.method.maker(world.cameras, exploration.body, asked.options())
+    track = settings.track
+    tracker = track.method.maker(world.cameras, exploration.body, track.options())
     # Unobservable rotations stay as they were when the object was modelled.
     controller.see(None, exploration.teach(tracker))
     needed = settings.servo.safety.resume_after + 1

@@ -20,7 +20,7 @@ _BUFFERS = 8  # buffers that the driver may fill before one is fetched
 _WAIT_S = 0.1  # for an image, before the camera's presence is checked
 _SILENT_S = 0.7  # without an expected image, after which a camera is reopened
 _SILENT_PERIODS = 5.0
-_ASK_S = 1.0  # between presence checks of a camera that awaits a trigger
+_QUERY_S = 1.0  # between presence checks of a camera that awaits a trigger
 _NEAR_TRIES = 50  # all but one of which look for a lost camera at its old address, which is fast
 _LAST_SHORT_NUMBER = 65535  # after which GigE Vision counts images from 1 again
 _STATES = {
@@ -203,7 +203,7 @@ class GenicamVideo:
             )
         self._call("camera_start_acquisition", self._camera)
         self._patience_s, self._last_s = self._patience(), time.monotonic()
-        self._asked_s = self._last_s
+        self._queried_s = self._last_s
 
     def _patience(self) -> float | None:
         """Return after how many silent seconds the camera must be gone; None if it is triggered."""
@@ -220,12 +220,12 @@ class GenicamVideo:
             raise self._lost("the camera was restarted, or another program took it")
         if self._patience_s is not None and silent_s > self._patience_s:
             raise self._lost(f"the camera has been silent for {silent_s:.1f} s")
-        if self._patience_s is None and time.monotonic() - self._asked_s > _ASK_S:
-            self._ask()
+        if self._patience_s is None and time.monotonic() - self._queried_s > _QUERY_S:
+            self._query()
 
-    def _ask(self) -> None:
+    def _query(self) -> None:
         """Check that a camera that may be silent still answers."""
-        self._asked_s = time.monotonic()
+        self._queried_s = time.monotonic()
         try:
             self._integer("Width")
         except AravisError as reason:

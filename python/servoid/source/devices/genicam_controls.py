@@ -15,13 +15,15 @@ def apply_controls(library: Aravis, camera: Any, controls: Controls) -> tuple[st
     messages = []
     if controls.lock:
         messages += [device.lock(feature, adapts) for feature, adapts in _locks(controls)]
-    asked = (
+    settings = (
         ("frame_rate", "rate_hz", controls.rate_hz, 1.0),
         ("exposure_time", "exposure_s", controls.exposure_s, 1e-6),
         ("gain", "gain", controls.gain, 1.0),
     )
     messages += [
-        device.set(what, key, value, unit) for what, key, value, unit in asked if value is not None
+        device.set(what, key, value, unit)
+        for what, key, value, unit in settings
+        if value is not None
     ]
     if controls.focus is not None:
         messages.append(

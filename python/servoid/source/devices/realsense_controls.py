@@ -7,7 +7,7 @@ from servoid.source.controls import Controls
 
 _SETTLING = 30  # images in which the exposure may adapt before it is locked
 _CLOSE = 0.02  # relative change of an exposure or a gain that counts as none
-_ASKING_S = 1.0  # between queries of a device whose images lack the emitter's state
+_QUERY_S = 1.0  # between queries of a device whose images lack the emitter's state
 _EMITTER = "the emitter is on: its dots would be taken for the object's surface"
 # Keys of an image's metadata: each is 0 while the emitter is off.
 _EMITTING = ("frame_laser_power_mode", "frame_emitter_mode")
@@ -22,7 +22,7 @@ class RealSenseControls:
 
     def __init__(self, library: Any, sensor: Any | None, controls: Controls) -> None:
         self._library, self._sensor, self._controls = library, sensor, controls
-        self._count, self._asked_s = 0, -float("inf")
+        self._count, self._queried_s = 0, -float("inf")
         self._usual: dict[str, float] = {}
         self._is_settled = controls.exposure_s is not None or not controls.lock
         self.notices: tuple[str, ...] = () if sensor is None else self._begin()
@@ -61,9 +61,9 @@ class RealSenseControls:
         if self._sensor is None:
             return False
         now_s = time.monotonic()
-        if now_s - self._asked_s < _ASKING_S:
+        if now_s - self._queried_s < _QUERY_S:
             return False
-        self._asked_s = now_s
+        self._queried_s = now_s
         return bool(self._get("emitter_enabled"))
 
     def _settle(self, known: dict[str, float]) -> tuple[str, ...]:

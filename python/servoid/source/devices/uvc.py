@@ -34,17 +34,17 @@ def lock_webcam(video: Any, controls: Controls) -> tuple[str, ...]:
     """
     import cv2
 
-    asked: list[tuple[str, int, float | None]] = []
+    settings: list[tuple[str, int, float | None]] = []
     if controls.lock:
-        asked += [("autofocus", cv2.CAP_PROP_AUTOFOCUS, 0.0)]
-        asked += [("automatic white balance", cv2.CAP_PROP_AUTO_WB, 0.0)]
+        settings += [("autofocus", cv2.CAP_PROP_AUTOFOCUS, 0.0)]
+        settings += [("automatic white balance", cv2.CAP_PROP_AUTO_WB, 0.0)]
     if controls.exposure_s is not None:
-        asked += [("automatic exposure", cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL)]
-        asked += [("exposure", cv2.CAP_PROP_EXPOSURE, controls.exposure_s / _UNIT_S)]
-    asked += [("gain", cv2.CAP_PROP_GAIN, controls.gain)]
-    asked += [("focus", cv2.CAP_PROP_FOCUS, controls.focus)]
-    asked += [("rate", cv2.CAP_PROP_FPS, controls.rate_hz)]
-    messages = [_set(video, name, key, value) for name, key, value in asked if value is not None]
+        settings += [("automatic exposure", cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL)]
+        settings += [("exposure", cv2.CAP_PROP_EXPOSURE, controls.exposure_s / _UNIT_S)]
+    settings += [("gain", cv2.CAP_PROP_GAIN, controls.gain)]
+    settings += [("focus", cv2.CAP_PROP_FOCUS, controls.focus)]
+    settings += [("rate", cv2.CAP_PROP_FPS, controls.rate_hz)]
+    messages = [_set(video, name, key, value) for name, key, value in settings if value is not None]
     return tuple(one for one in messages if one is not None)
 
 

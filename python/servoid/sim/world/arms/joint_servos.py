@@ -169,14 +169,14 @@ class JointServos:
         step, most = self.step_s, self._acceleration
         if self.protection.stopped and self.protection.pushed:
             corrections.speeds = speeds  # the arm yields to external torques
-        asked = self._wanted(velocities, angles, corrections.speeds)
+        accelerations = self._wanted(velocities, angles, corrections.speeds)
         off = corrections.speeds - speeds
-        answer = asked + self._gain * off + corrections.held
+        answer = accelerations + self._gain * off + corrections.held
         if not self.protection.pushed:
             # Both poles are at half the gain, so there is no overshoot.
             held = corrections.held + 0.25 * self._gain * self._gain * step * off
             corrections.held = np.clip(held, -most, most)
-        corrections.speeds = corrections.speeds + step * asked
+        corrections.speeds = corrections.speeds + step * accelerations
         return answer
 
     def _wanted(self, velocities: Floats, angles: Floats, speeds: Floats) -> Floats:

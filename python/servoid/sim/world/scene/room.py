@@ -79,7 +79,7 @@ def _cluttered(seed: int) -> tuple[Visual, ...]:
         *_walls(floor, paper),
         *_posters(random),
         *_furniture(wood),
-        *_standing(random, prints),
+        *_bench_and_shelf(random, prints),
         *_about(random, prints),
     )
 
@@ -145,7 +145,7 @@ def _furniture(wood: Finish) -> list[Visual]:
     return visuals
 
 
-def _standing(random: np.random.Generator, prints: list[Texture]) -> list[Visual]:
+def _bench_and_shelf(random: np.random.Generator, prints: list[Texture]) -> list[Visual]:
     """Add things on the bench, low ones near the object, and on the shelf."""
     visuals = []
     for x, tall in ((-1.42, 0.05), (-1.75, 0.08), (-2.12, 0.16)):

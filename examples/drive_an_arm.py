@@ -40,7 +40,7 @@ def main(folder: str, address: str) -> None:
                 ticks.append(tick)
                 if source.is_over and tick.instant is None:
                     break
-        counts = linked.told
+        counts = linked.last_state
     hands = [arm.world_from_hand(tick.state.positions).translation for tick in ticks]
     moved_mm = 1e3 * np.linalg.norm(np.subtract(hands, start.translation), axis=1)
     tracked = [tick for tick in ticks if tick.instant is not None]

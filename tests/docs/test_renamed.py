@@ -20,6 +20,12 @@ from servoid.renamed import refuse_old_names
         ("servoid.batch.Headway", "BatchProgress"),
         ("servoid.servo.meet", "explore"),
         ("servoid.servo.Meeting", "Exploration"),
+        ("servoid.servo.Wish", "TrueGoal"),
+        ("servoid.opening.count_untold", "count_uncalibrated_cameras"),
+        ("servoid.exchange.bags.Told", "CalibrationSupplier"),
+        ("servoid.exchange.bags.ToldCamera", "SuppliedCamera"),
+        ("servoid.exchange.bags.why_untold", "why_uncalibrated"),
+        ("servoid.exchange.export.check_wish", "check_options"),
         ("servoid.track.place_body", "pose_from_masks"),
     ],
 )
@@ -36,7 +42,7 @@ def test_an_old_name_is_refused_with_the_new_one(old: str, new: str) -> None:
 def test_each_new_name_is_there() -> None:
     assert servoid.model.RangeSamples and servoid.model.fit_range_samples
     assert servoid.model.range_samples_of_cloud and servoid.track.pose_from_masks
-    assert servoid.servo.explore and servoid.servo.Exploration
+    assert servoid.servo.explore and servoid.servo.Exploration and servoid.servo.TrueGoal
 
 
 def test_a_name_that_never_was_is_no_attribute() -> None:

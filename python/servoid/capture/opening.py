@@ -23,11 +23,11 @@ from servoid.words import counted
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 
 
-def open_capture(path: str | Path, *, told: CalibrationSupplier | None = None) -> Capture:
+def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = None) -> Capture:
     """Open a capture: a folder with a `capture.toml`, or that file itself.
 
     Images are listed, not read; each is checked when a view reads it. A video is decoded once, to
-    count its images. `told` returns the calibration for a capture that has none.
+    count its images. `supplier` returns the calibration for a capture that has none.
 
     Raises:
         CaptureError: a file is missing or malformed, or files contradict each other.
@@ -36,7 +36,7 @@ def open_capture(path: str | Path, *, told: CalibrationSupplier | None = None) -
 
     """
     toml = _find_toml(Path(path))
-    file, lenses = read_capture_file(toml, told)
+    file, lenses = read_capture_file(toml, supplier)
     cameras = tuple(
         _list_camera(toml, entry, lens) for entry, lens in zip(file.camera, lenses, strict=True)
     )

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from servoid.cli.wrong_options import of_options
-from servoid.exchange.export import check_export, check_wish, export_body, format_of
+from servoid.exchange.export import check_export, check_options, export_body, format_of
 from servoid.shape import load_body
 from servoid.words import counted
 
@@ -39,7 +39,7 @@ def run_export(request: Request) -> None:
     given = {name: value for name, value in settings.items() if value is not None}
     with of_options():
         format_ = request.format or format_of(request.out)
-        check_wish(request.out, format_, **given)
+        check_options(request.out, format_, **given)
     check_export(request.out, format_)
     file = load_body(request.body)
     done = export_body(file, request.out, format_, **given)

@@ -1,11 +1,14 @@
 """Opens any SOURCE: recorded ones as a capture, live ones as a live source."""
 
+from typing import TYPE_CHECKING
+
 from servoid.opening.calibration_doubt import doubt_calibration
 from servoid.opening.filmed import Filmed, open_filmed
 from servoid.opening.known import Known, Rig, any_cameras
 from servoid.opening.live import OpenedLive, open_live
 from servoid.opening.recorded import Opened, count_uncalibrated_cameras, open_recorded
 from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
+from servoid.renamed import refuse_old_names
 
 __all__ = [
     "FORMS",
@@ -24,3 +27,6 @@ __all__ = [
     "open_recorded",
     "parse_source",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = refuse_old_names(__name__, {"count_untold": "count_uncalibrated_cameras"})

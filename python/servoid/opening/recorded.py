@@ -94,7 +94,7 @@ def open_recorded(
             and count_uncalibrated_cameras(word)
         ):
             calibration = _UserCalibration(word, known)
-            opened = calibration.opened(open_capture(word.place, told=calibration.mounted))
+            opened = calibration.opened(open_capture(word.place, supplier=calibration.mounted))
         else:
             known.refuse(word.text)
             capture = open_any(
@@ -149,7 +149,7 @@ def _open_bag(
         raise CaptureError(f"{reason}; {remedies(len(why))}; --topic chooses other cameras")
     calibration = _UserCalibration(word, known)
     return calibration.opened(
-        open_bag(word.place, topics, world=world, told=calibration, rests=rests)
+        open_bag(word.place, topics, world=world, supplier=calibration, rests=rests)
     )
 
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from servoid.renamed import refuse_old_names
-from servoid.servo.accuracy import Accuracy, Wish, spun_like
+from servoid.servo.accuracy import Accuracy, TrueGoal, spun_like
 from servoid.servo.arm import Arm, Clearances, Eyes, Joints, JointState, Solid
 from servoid.servo.belief.remembering import RememberingArm
 from servoid.servo.belief.target import TargetEstimate, TargetFilter
@@ -62,9 +62,9 @@ __all__ = [
     "TrackedInstant",
     "TrackingInTurn",
     "TrackingThread",
+    "TrueGoal",
     "Viewpoint",
     "VisitStep",
-    "Wish",
     "as_the_paper",
     "body_places",
     "brought_to_rest",
@@ -85,4 +85,6 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    __getattr__ = refuse_old_names(__name__, {"Meeting": "Exploration", "meet": "explore"})
+    __getattr__ = refuse_old_names(
+        __name__, {"Meeting": "Exploration", "Wish": "TrueGoal", "meet": "explore"}
+    )

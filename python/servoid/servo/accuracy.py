@@ -19,7 +19,7 @@ _MOMENTS = 24  # times of a run at which surfaces are compared
 
 
 @dataclass(frozen=True, eq=False)
-class Wish:
+class TrueGoal:
     """The desired pose of the true object in the hand, and the shapes of object and body.
 
     `hand_from_object` is the desired pose of the true object. `middle` (3,), `points` (P, 3) and
@@ -95,11 +95,11 @@ class Accuracy:
     @classmethod
     def of(cls, log: "ServoLog", settle_s: float) -> "Accuracy":
         """Measure a log from `settle_s` seconds on."""
-        wish = log.wish
+        true_goal = log.true_goal
         later = log.times >= settle_s
         rows = [row for row, counts in zip(log.rows, later, strict=True) if counts]
         held = [row.hand_from_object for row in rows if row.hand_from_object is not None]
-        if wish is None or not held:
+        if true_goal is None or not held:
             return cls()
         errors = log.true_errors[log.times >= settle_s]
         errors = errors[np.isfinite(errors).all(axis=1)]
@@ -115,10 +115,12 @@ class Accuracy:
             position_95=float(np.percentile(distances, 95.0)),
             turn_rms=_rms(exact.lengths(errors[:, 3:])),
             offset=exact.norm(errors[:, :3].mean(axis=0)),
-            object_rms=_rms(np.array([wish.object_error(one) for one in held])),
-            surface=float(np.mean([wish.surface_error(held[at]) for at in _evenly(len(held))])),
-            middle_rms=_rms(np.array([wish.middle_error(*pair) for pair in pairs])),
-            body=float(np.mean([wish.body_error(*pair) for pair in some])) if some else np.nan,
+            object_rms=_rms(np.array([true_goal.object_error(one) for one in held])),
+            surface=float(
+                np.mean([true_goal.surface_error(held[at]) for at in _evenly(len(held))])
+            ),
+            middle_rms=_rms(np.array([true_goal.middle_error(*pair) for pair in pairs])),
+            body=float(np.mean([true_goal.body_error(*pair) for pair in some])) if some else np.nan,
         )
 
     def numbers(self) -> dict[str, Any]:

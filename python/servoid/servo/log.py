@@ -7,7 +7,7 @@ import numpy as np
 
 from servoid._native import Camera, Estimate
 from servoid.pose import Pose
-from servoid.servo.accuracy import Wish
+from servoid.servo.accuracy import TrueGoal
 from servoid.servo.arm import Arm, Eyes, Floats, Joints
 from servoid.servo.loop import Tick
 from servoid.source.source import Instant
@@ -55,8 +55,8 @@ class ServoRow:
 class ServoLog:
     """All control periods of a run, in order; `start_s` is the time when servoing began.
 
-    `joints` and `eyes` are those of the arm, None if only the joints' `names` are known. `wish` is
-    the desired pose of the true object in the hand, None if the truth is not known.
+    `joints` and `eyes` are those of the arm, None if only the joints' `names` are known.
+    `true_goal` is the desired pose of the true object in the hand, None if the truth is not known.
     """
 
     names: tuple[str, ...]
@@ -64,7 +64,7 @@ class ServoLog:
     rows: list[ServoRow] = field(default_factory=list)
     joints: Joints | None = None
     eyes: Eyes | None = None
-    wish: Wish | None = None
+    true_goal: TrueGoal | None = None
 
     @classmethod
     def of(cls, arm: Arm) -> "ServoLog":
@@ -133,8 +133,8 @@ class ServoLog:
         """
         found = np.full((len(self.rows), 6), np.nan)
         for place, row in enumerate(self.rows):
-            if self.wish is not None and row.hand_from_object is not None:
-                found[place] = self.wish.error(row.hand_from_object)
+            if self.true_goal is not None and row.hand_from_object is not None:
+                found[place] = self.true_goal.error(row.hand_from_object)
         return found
 
     @property

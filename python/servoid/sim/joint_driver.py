@@ -59,7 +59,7 @@ class DriverLog:
 
     def add(self, step: DriverStep) -> None:
         """Write a period."""
-        reported, state = step.told, step.state
+        reported, state = step.reported, step.state
         link = [reported.session, reported.phase.value, reported.accepted, reported.missing]
         rows = (state.positions, state.velocities, step.speeds)
         joints = [repr(float(value)) for row in rows for value in row]

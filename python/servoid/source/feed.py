@@ -35,15 +35,15 @@ class Feed:
         name: str,
         is_over: Callable[[], bool] = lambda: False,
         keep: Keep | None = None,
-        told: Callable[[str | None], None] = lambda _: None,
+        report_silence: Callable[[str | None], None] = lambda _: None,
     ) -> None:
         """Read from a source, called `name` in messages, until `is_over`.
 
-        `keep` receives each observation that is yielded. `told` receives the reason why no image
-        comes, and None once one does.
+        `keep` receives each observation that is yielded. `report_silence` receives the reason
+        why no image comes, and None once one does.
         """
         self._source, self._name, self._is_over = source, name, is_over
-        self._keep, self._report_silence = keep, told
+        self._keep, self._report_silence = keep, report_silence
         self._ideals = tuple(Ideal(camera.lens) for camera in source.rig)
         self._count, self._last_index = 0, -1
         self._first: RawInstant | None = None

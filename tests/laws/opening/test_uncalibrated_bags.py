@@ -152,7 +152,7 @@ def test_a_bag_that_knows_its_cameras_is_told_nothing(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match="has its own calibration; leave --fov out"):
         open_recorded(parse_source(str(path)), Known(fov_deg=60.0))
     with pytest.raises(CaptureError, match="has its own calibration; leave"):
-        open_bag(path, told=lambda names, sizes_px, *, is_placed: [])  # noqa: ARG005
+        open_bag(path, supplier=lambda names, sizes_px, *, is_placed: [])  # noqa: ARG005
 
 
 def test_what_is_told_counts_for_all_cameras_and_unused_calibrations_are_said(

@@ -12,10 +12,10 @@ from servo_trials import logged, small_trial
 from test_servo_metrics import HERE, PERIOD_S, log_of, row_at
 
 from servoid.pose import Pose
-from servoid.servo import ServoLog, ServoMetrics, Wish
+from servoid.servo import ServoLog, ServoMetrics, TrueGoal
 from servoid.servo.accuracy import Accuracy
 
-WISHED = Pose.from_parts([0.0, -0.09, 0.545], [0.8, 0.6, 0.0, 0.0])
+DESIRED = Pose.from_parts([0.0, -0.09, 0.545], [0.8, 0.6, 0.0, 0.0])
 TWISTS = st.lists(st.floats(-0.3, 0.3), min_size=6, max_size=6)
 RADIUS = 0.05
 
@@ -28,8 +28,8 @@ def ball(count: int) -> np.ndarray:
     return np.stack([flat * np.cos(around), flat * np.sin(around), height], axis=1)
 
 
-WISH = Wish(
-    hand_from_object=WISHED,
+GOAL = TrueGoal(
+    hand_from_object=DESIRED,
     middle=np.zeros(3),
     points=RADIUS * ball(400),
     normals=ball(400),
@@ -38,20 +38,24 @@ WISH = Wish(
 )
 
 
-def log_with(hand_from_object: Pose, hand_from_body: Pose = WISHED, wish: Wish = WISH) -> ServoLog:
+def log_with(
+    hand_from_object: Pose, hand_from_body: Pose = DESIRED, true_goal: TrueGoal = GOAL
+) -> ServoLog:
     """Return a log in which the hand does not stir, and repeats exactly what it was shown."""
     held = {"hand_from_object": hand_from_object, "hand_from_body": hand_from_body}
     log = log_of([replace(row_at(number), **held) for number in range(3)])
-    log.wish = wish
+    log.true_goal = true_goal
     return log
 
 
-def accuracy(hand_from_object: Pose, hand_from_body: Pose = WISHED, wish: Wish = WISH) -> Accuracy:
-    return ServoMetrics.of(log_with(hand_from_object, hand_from_body, wish), 0.0).accuracy
+def accuracy(
+    hand_from_object: Pose, hand_from_body: Pose = DESIRED, true_goal: TrueGoal = GOAL
+) -> Accuracy:
+    return ServoMetrics.of(log_with(hand_from_object, hand_from_body, true_goal), 0.0).accuracy
 
 
 def test_an_object_where_it_is_wished_has_no_error() -> None:
-    found = accuracy(WISHED)
+    found = accuracy(DESIRED)
     assert max(found.position_rms, found.turn_rms, found.object_rms, found.offset) < 1e-12
     assert found.surface < 1e-12 and found.middle_rms < 1e-12
     assert found.body < 5e-4  # the points of both surfaces are few
@@ -62,16 +66,16 @@ def test_what_is_wrong_in_the_calibration_is_no_matter_of_repeatability_but_of_a
     twist: list[float],
 ) -> None:
     wrong = Pose.exp(twist)
-    found = ServoMetrics.of(log_with(wrong @ WISHED), 0.0)
+    found = ServoMetrics.of(log_with(wrong @ DESIRED), 0.0)
     assert found.position_rms == found.turn_rms == 0.0
-    off = WISHED @ (wrong @ WISHED).inverse()
+    off = DESIRED @ (wrong @ DESIRED).inverse()
     assert found.accuracy.position_rms == pytest.approx(
         np.linalg.norm(off.translation), rel=1e-6, abs=1e-12
     )
     assert found.accuracy.turn_rms == pytest.approx(
         np.linalg.norm(wrong.log()[3:]), rel=1e-6, abs=1e-9
     )
-    shift = np.subtract((wrong @ WISHED).translation, WISHED.translation)
+    shift = np.subtract((wrong @ DESIRED).translation, DESIRED.translation)
     assert found.accuracy.object_rms == pytest.approx(np.linalg.norm(shift), rel=1e-6, abs=1e-12)
 
 
@@ -79,32 +83,32 @@ def test_what_is_wrong_in_the_calibration_is_no_matter_of_repeatability_but_of_a
 def test_the_frames_of_object_and_body_make_no_difference(
     moved: list[float], twist: list[float]
 ) -> None:
-    frame, hand_from_object = Pose.exp(moved), WISHED @ Pose.exp(twist)
+    frame, hand_from_object = Pose.exp(moved), DESIRED @ Pose.exp(twist)
     other = replace(
-        WISH,
-        hand_from_object=WISHED @ frame,
+        GOAL,
+        hand_from_object=DESIRED @ frame,
         middle=np.array(frame.inverse().translation),
-        points=frame.inverse().transform(WISH.points),
-        normals=WISH.normals @ frame.matrix()[:3, :3],
+        points=frame.inverse().transform(GOAL.points),
+        normals=GOAL.normals @ frame.matrix()[:3, :3],
     )
     first = accuracy(hand_from_object)
-    again = accuracy(hand_from_object @ frame, wish=other)
+    again = accuracy(hand_from_object @ frame, true_goal=other)
     for name, value in first.numbers().items():
         assert again.numbers()[name] == pytest.approx(value, rel=1e-6, abs=1e-9), name
 
 
 def test_a_spin_that_nobody_can_see_is_no_error() -> None:
-    wish = replace(WISH, spin_axis=np.array([0.0, 1.0, 0.0]))
-    spun = WISHED @ Pose.exp([0.0, 0.0, 0.0, 0.0, 1.2, 0.0])
+    true_goal = replace(GOAL, spin_axis=np.array([0.0, 1.0, 0.0]))
+    spun = DESIRED @ Pose.exp([0.0, 0.0, 0.0, 0.0, 1.2, 0.0])
     assert accuracy(spun).turn_rms == pytest.approx(1.2)
-    assert accuracy(spun, wish=wish).turn_rms < 1e-9
-    assert accuracy(spun, wish=wish).surface < 1e-9
+    assert accuracy(spun, true_goal=true_goal).turn_rms < 1e-9
+    assert accuracy(spun, true_goal=true_goal).surface < 1e-9
 
 
 @pytest.mark.parametrize("millimetres", [1.0, 4.0])
 def test_a_belief_beside_the_object_is_as_far_off_as_its_middle(millimetres: float) -> None:
     shift = Pose.from_parts([1e-3 * millimetres, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
-    found = accuracy(WISHED, shift @ WISHED)
+    found = accuracy(DESIRED, shift @ DESIRED)
     assert found.middle_rms == pytest.approx(1e-3 * millimetres)
     # A ball's surface is off by the part of the shift along its normals, half of it in the mean.
     assert found.body == pytest.approx(5e-4 * millimetres, rel=0.1)
@@ -114,29 +118,30 @@ def test_a_belief_beside_the_object_is_as_far_off_as_its_middle(millimetres: flo
 def test_errors_that_go_to_and_fro_have_no_offset() -> None:
     sides = [Pose.from_parts([side, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]) for side in (0.002, -0.002)]
     rows = [
-        replace(row_at(number), hand_from_object=sides[number % 2] @ WISHED) for number in range(20)
+        replace(row_at(number), hand_from_object=sides[number % 2] @ DESIRED)
+        for number in range(20)
     ]
     log = log_of(rows)
-    log.wish = WISH
+    log.true_goal = GOAL
     found = ServoMetrics.of(log, 0.0).accuracy
     assert (found.position_rms, found.position_95) == pytest.approx((0.002, 0.002))
     assert found.offset < 1e-12
 
 
 def test_errors_before_the_hand_has_settled_do_not_count() -> None:
-    far = Pose.from_parts([0.1, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]) @ WISHED
+    far = Pose.from_parts([0.1, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]) @ DESIRED
     log = log_of(
-        [replace(row_at(one), hand_from_object=far if one < 5 else WISHED) for one in range(10)]
+        [replace(row_at(one), hand_from_object=far if one < 5 else DESIRED) for one in range(10)]
     )
-    log.wish = WISH
+    log.true_goal = GOAL
     assert ServoMetrics.of(log, 4.5 * PERIOD_S).accuracy.position_rms < 1e-12
 
 
-@pytest.mark.parametrize("wish", [None, WISH], ids=["no truth at all", "no pose"])
-def test_without_the_truth_nothing_is_made_up(wish: Wish | None) -> None:
-    held = HERE if wish is None else None
+@pytest.mark.parametrize("true_goal", [None, GOAL], ids=["no truth at all", "no pose"])
+def test_without_the_truth_nothing_is_made_up(true_goal: TrueGoal | None) -> None:
+    held = HERE if true_goal is None else None
     log = log_of([replace(row_at(one), hand_from_object=held) for one in range(3)])
-    log.wish = wish
+    log.true_goal = true_goal
     assert set(ServoMetrics.of(log, 0.0).accuracy.numbers().values()) == {None}
 
 

@@ -151,9 +151,9 @@ class _Run:
 def _line(step: TrialStep, trial: ServoTrial | None) -> str:
     """Describe what the arm does, and how far the true object is from its desired pose."""
     held = None if step.row is None else step.row.hand_from_object
-    if trial is None or trial.log.wish is None or held is None:
+    if trial is None or trial.log.true_goal is None or held is None:
         return step.stage
-    off = trial.log.wish.error(held)
+    off = trial.log.true_goal.error(held)
     place, turn = 1e3 * float(np.linalg.norm(off[:3])), np.degrees(float(np.linalg.norm(off[3:])))
     return f"{step.stage}; true error {place:.1f} mm, {turn:.1f} deg"
 

@@ -94,7 +94,7 @@ class LiveFootage:
                 name=word.text,
                 is_over=self._is_over,
                 keep=self._keep,
-                told=lambda why: self.report_silence(why),
+                report_silence=lambda why: self.report_silence(why),
             )
             self.notes: tuple[str, ...] = opened.notes
             self._opened_s = time.monotonic()

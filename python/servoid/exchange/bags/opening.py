@@ -35,7 +35,7 @@ def open_bag(
     *,
     world: str | None = None,
     apart_s: float = APART_S,
-    told: CalibrationSupplier | None = None,
+    supplier: CalibrationSupplier | None = None,
     rests: bool = False,
 ) -> Capture:
     """Open a ROS 1 bag, a rosbag2 folder or an MCAP file as a capture, which is a recording.
@@ -45,7 +45,7 @@ def open_bag(
     frame of the poses, by default the top of the first camera's tree. Images of one observation
     were taken at most `apart_s` seconds apart.
 
-    `told` returns the calibration if the bag lacks that of any camera, as `why_uncalibrated`
+    `supplier` returns the calibration if the bag lacks that of any camera, as `why_uncalibrated`
     reports; it then applies to all chosen cameras. If the rig `rests`, TF supplies the cameras'
     poses on it, but not its motion.
 
@@ -66,10 +66,10 @@ def open_bag(
         )
     content = scan(bag, chosen)
     names = _names(chosen.images)
-    if told is None:
+    if supplier is None:
         seats = [_seat(bag, image, content) for image in chosen.images]
     else:
-        seats = _user_seats(bag, chosen.images, names, content, told)
+        seats = _user_seats(bag, chosen.images, names, content, supplier)
     tracks = [
         _Track(name, seat, content.shots[seat.image.topic], _shots(content, depth))
         for name, seat, depth in zip(names, seats, chosen.depths, strict=True)

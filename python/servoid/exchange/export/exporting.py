@@ -55,7 +55,7 @@ def export_body(
 
     """
     path = Path(path)
-    check_wish(path, format, density_kg_m3=density_kg_m3, frame=frame, name=name, detail=detail)
+    check_options(path, format, density_kg_m3=density_kg_m3, frame=frame, name=name, detail=detail)
     check_export(path, format)
     chosen = FORMATS[format]
     pose = file.body().world_from_object if frame == "world" else Pose.identity()
@@ -66,7 +66,7 @@ def export_body(
     return Exported(tuple(files), solid.volume_m3, solid.mass_kg)
 
 
-def check_wish(
+def check_options(
     path: Path,
     format: str,  # noqa: A002
     *,

@@ -108,7 +108,7 @@ class LinkedArm:
         return self._period_s
 
     @property
-    def told(self) -> State:
+    def last_state(self) -> State:
         """Return the driver's last state."""
         return self._driver.received.state
 
@@ -167,13 +167,13 @@ class LinkedArm:
         speed = self._joints.speed
         if wanted.shape != speed.shape or not np.all(np.isfinite(wanted)):
             raise ServoError(f"{len(speed)} finite joint speeds are needed, but got {velocities}")
-        state = self.told
+        state = self.last_state
         self._check_session(state)
         stamp_s = _number(state.time_s)
         self._driver.send(self._message(np.clip(wanted, -speed, speed), stamp_s))
         # Never sooner: the next command may differ from this one by a period's acceleration.
         begun = time.monotonic()
-        while _number(self.told.time_s) < stamp_s + self._period_s - self._slack_s:
+        while _number(self.last_state.time_s) < stamp_s + self._period_s - self._slack_s:
             self._driver.listen()
             if time.monotonic() - begun > self._period_s + self._settings.silence_s:
                 raise ServoError(

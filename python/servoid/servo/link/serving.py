@@ -44,7 +44,7 @@ class DriverStep:
 
     state: JointState
     speeds: Floats
-    told: State
+    reported: State
 
 
 def serve_arm(

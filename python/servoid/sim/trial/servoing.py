@@ -30,7 +30,7 @@ from servoid.servo.exploration import Exploration, Masks, awaited, explore
 from servoid.servo.law.moving import change_between
 from servoid.sim.trial.marking import marker
 from servoid.sim.trial.settings import TrialSettings
-from servoid.sim.trial.truth import Truth, desired_pose
+from servoid.sim.trial.truth import Truth, true_goal
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
 from servoid.source import Instant
@@ -116,7 +116,7 @@ def run_servo_trial(
     true = world.world_from_object_at(world.time_s)
     truth = Truth(world, true.inverse() @ exploration.body.world_from_object)
     log = ServoLog.of(world.arm)
-    log.wish = desired_pose(world, exploration.body, goal, first)
+    log.true_goal = true_goal(world, exploration.body, goal, first)
     trial = ServoTrial(settings, world, exploration, tracker, log, truth)
     _follow(trial, controller, lambda _: goal, report)
     return trial

@@ -4,7 +4,7 @@ import numpy as np
 
 from servoid._native import Body
 from servoid.pose import Pose
-from servoid.servo import Wish, body_places, spun_like
+from servoid.servo import TrueGoal, body_places, spun_like
 from servoid.sim.world import World
 
 
@@ -33,7 +33,7 @@ class Truth:
         return world_from_object @ self.object_from_body
 
 
-def desired_pose(world: World, body: Body, goal: Pose, hand_from_object: Pose) -> Wish:
+def true_goal(world: World, body: Body, goal: Pose, hand_from_object: Pose) -> TrueGoal:
     """Return the desired pose of the true object of a world in the hand.
 
     Its desired middle is that of the body at the goal, hand_from_body, and its desired rotation
@@ -43,7 +43,7 @@ def desired_pose(world: World, body: Body, goal: Pose, hand_from_object: Pose) -
     middle = np.array(body.mass_properties()[1])
     turn = Pose.from_parts([0.0, 0.0, 0.0], hand_from_object.quaternion)
     place = goal.transform(middle[None])[0] - turn.transform(true.middle[None])[0]
-    return Wish(
+    return TrueGoal(
         hand_from_object=Pose.from_parts(place.tolist(), turn.quaternion),
         middle=true.middle,
         points=true.points,

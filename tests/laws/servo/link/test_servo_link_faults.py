@@ -143,10 +143,11 @@ def test_a_driver_that_starts_anew_moves_nothing_without_a_start_and_a_fresh_com
         stack.enter_context(driver(address, after.path))
         arm = LinkedArm(ARM, address)
         stack.callback(arm.close)
-        for session in (old.session, arm.told.session):  # no start, and another driver's session
+        # No start, and another driver's session.
+        for session in (old.session, arm.last_state.session):
             for number in range(1, 50):
                 arm._driver.listen()
-                stamp_s = arm.told.time_s or 0.0
+                stamp_s = arm.last_state.time_s or 0.0
                 arm._driver.send(
                     MotionCommand(
                         session=session,

@@ -41,8 +41,10 @@ class Served:
         self.address: Address = self.listener.getsockname()
         self.steps, self.over = list[DriverStep](), Event()
         joints = PacedJoints(SerialArm(read_arm(), PERIOD_S))
-        told = {"watch": self.steps.append, "is_over": self.over.is_set}
-        self.thread = Thread(target=serve_arm, args=(joints, self.listener, settings), kwargs=told)
+        options = {"watch": self.steps.append, "is_over": self.over.is_set}
+        self.thread = Thread(
+            target=serve_arm, args=(joints, self.listener, settings), kwargs=options
+        )
         self.thread.start()
 
     def end(self) -> None:
@@ -82,7 +84,7 @@ def test_joints_follow_commands_a_period_each(driver: Served) -> None:
         for _ in range(40):
             times.append(arm.state().time_s)
             arm.command(SLOWLY)
-        assert arm.told.accepted > 30
+        assert arm.last_state.accepted > 30
         assert np.all(np.diff(times) > arm.period_s - PERIOD_S)
         np.testing.assert_allclose(arm.state().velocities, SLOWLY, rtol=0.01)
 
@@ -96,10 +98,10 @@ def test_a_driver_that_ends_brings_its_joints_to_rest_within_limits(driver: Serv
             for _ in range(10**6):
                 arm.state()
                 arm.command(SLOWLY)
-    told = np.array([step.speeds for step in driver.steps])
-    assert np.abs(told).max() > 0.1
-    assert not told[-1].any()
-    slopes = np.abs(np.diff(told, axis=0)) / PERIOD_S
+    commanded = np.array([step.speeds for step in driver.steps])
+    assert np.abs(commanded).max() > 0.1
+    assert not commanded[-1].any()
+    slopes = np.abs(np.diff(commanded, axis=0)) / PERIOD_S
     assert np.all(slopes <= MODEL.joints.acceleration * (1 + 1e-9))
 
 
@@ -107,11 +109,11 @@ def test_a_driver_whose_watch_fails_brings_its_joints_to_rest_and_tells_the_fail
     joints, listener = SerialArm(read_arm(), PERIOD_S), listening(("127.0.0.1", 0))
     address, full = listener.getsockname(), Event()
     failures: list[BaseException] = []
-    told: list[np.ndarray] = []
+    commanded: list[np.ndarray] = []
 
     class Kept(PacedJoints):
         def command(self, velocities: np.ndarray) -> None:
-            told.append(velocities)
+            commanded.append(velocities)
             super().command(velocities)
 
     def watch(step: DriverStep) -> None:
@@ -133,8 +135,9 @@ def test_a_driver_whose_watch_fails_brings_its_joints_to_rest_and_tells_the_fail
             arm.command(6.0 * SLOWLY)
     thread.join()
     assert [str(one) for one in failures] == ["no space left"]
-    assert np.abs(np.array(told)).max() > 0.05  # once more than 0.1 was to be told, watching failed
-    assert not told[-1].any()
+    # Once more than 0.1 was to be told, watching failed.
+    assert np.abs(np.array(commanded)).max() > 0.05
+    assert not commanded[-1].any()
 
 
 def test_nothing_moves_before_the_start(driver: Served) -> None:
@@ -166,10 +169,10 @@ def test_a_loop_that_does_not_drive_makes_room_for_another(driver: Served) -> No
 def test_lines_that_are_no_messages_are_counted_and_nothing_else(driver: Served) -> None:
     with LinkedArm(MODEL, driver.address, SETTINGS) as arm:
         arm._driver._lines.send(b'hello\n{"type":"command"}\n\xff\xfe\n[[[[\n')
-        while not arm.told.refused:
+        while not arm.last_state.refused:
             arm.command(SLOWLY)
-        assert arm.told.refused == {"no_message": 4}
-        assert arm.told.phase is Phase.RUNNING
+        assert arm.last_state.refused == {"no_message": 4}
+        assert arm.last_state.phase is Phase.RUNNING
 
 
 def test_a_line_without_an_end_ends_the_connection(driver: Served) -> None:
@@ -213,14 +216,14 @@ def test_a_session_that_lapsed_says_why_and_begins_again_when_started() -> None:
         served(("127.0.0.1", 0), short) as driver,
         LinkedArm(MODEL, driver.address, SETTINGS) as arm,
     ):
-        while arm.told.phase is Phase.RUNNING:
+        while arm.last_state.phase is Phase.RUNNING:
             arm._driver.listen()
         with pytest.raises(
             ServoError, match=r"ended the session: no command came in time; .*start"
         ):
             arm.command(SLOWLY)
         arm.start()
-        assert arm.told.phase is Phase.RUNNING
+        assert arm.last_state.phase is Phase.RUNNING
 
 
 def test_no_driver_a_silent_one_and_one_of_another_version_are_told() -> None:

@@ -39,8 +39,10 @@ def undocumented(name: str, one: object) -> list[str]:
     members = vars(one) if inspect.isclass(one) else ()
     named = [key for key in members if key[0] != "_"]
     own = [(name, one), *((f"{name}.{key}", getattr(one, key)) for key in named)]
-    told = [pair for pair in own if inspect.isclass(pair[1]) or callable(pair[1])]
-    return [key for key, value in told if not (inspect.getdoc(value) or " ")[0].isupper()]
+    documented_ones = [pair for pair in own if inspect.isclass(pair[1]) or callable(pair[1])]
+    return [
+        key for key, value in documented_ones if not (inspect.getdoc(value) or " ")[0].isupper()
+    ]
 
 
 @NAMED

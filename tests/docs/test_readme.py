@@ -186,8 +186,8 @@ def test_a_block_that_fails_is_reported(tmp_path: Path) -> None:
 
 
 def test_a_variable_before_a_command_is_in_its_environment(tmp_path: Path) -> None:
-    told = shlex.join([sys.executable, "-c", "import os; assert os.environ['WORD'] == 'a b'"])
-    execute(Block("console", f"$ WORD='a b' {told}\n"), tmp_path)
+    command = shlex.join([sys.executable, "-c", "import os; assert os.environ['WORD'] == 'a b'"])
+    execute(Block("console", f"$ WORD='a b' {command}\n"), tmp_path)
 
 
 def test_fenced_blocks_are_found_with_their_language() -> None:

@@ -79,9 +79,9 @@ def constants() -> Iterator[Constant]:
         for match in _CONSTANT.finditer(path.read_text(encoding="utf-8")):
             if shown[match.start(2) : match.end(2)] != match[2]:
                 continue  # in a test
-            said = " ".join(line.strip()[3:].strip() for line in match[1].splitlines())
+            meaning = " ".join(line.strip()[3:].strip() for line in match[1].splitlines())
             value = re.sub(r"\s+", " ", match[3].strip())
-            yield Constant(path.relative_to(TRACK).as_posix(), match[2], value, said)
+            yield Constant(path.relative_to(TRACK).as_posix(), match[2], value, meaning)
 
 
 def changed(text: str, constant: Constant, other: Constant) -> str:

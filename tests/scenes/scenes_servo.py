@@ -36,7 +36,7 @@ def follow(folder: Path, seed: int, values: dict[str, Any] | None = None) -> Ser
     return small_trial(folder, seeded(seed, {"world.threads": 1} | (values or {})))
 
 
-def met_figures(trial: ServoTrial) -> Figures:
+def trial_figures(trial: ServoTrial) -> Figures:
     """Say how far the model of the object is off."""
     exploration, camera = trial.exploration, trial.world.cameras[0]
     mask = exploration.masks[0]
@@ -72,7 +72,7 @@ def followed_figures(trial: ServoTrial) -> Figures:
 def servo_followed(seed: int, folder: Path) -> Figures:
     trial = follow(folder, seed)
     return {
-        **met_figures(trial),
+        **trial_figures(trial),
         **followed_figures(trial),
         "not tracking": lost_images(trial.log),
     }

@@ -85,8 +85,8 @@ def off_units(name: str) -> dict[str, str]:
 def std_figures(alone: Alone) -> Figures:
     """Compare the standard deviations that are told with the errors."""
     errors = alone.recording.errors(alone.points)
-    told = np.array([point.std_m for point in alone.points[1:]], dtype=float)
-    middle = float(np.median(told))
+    reported = np.array([point.std_m for point in alone.points[1:]], dtype=float)
+    middle = float(np.median(reported))
     return {
         "error by std": float(np.median(errors.translation)) / middle,
         "std by error": middle / float(np.median(errors.add)),

@@ -100,14 +100,14 @@ def test_a_batch_that_is_broken_off_goes_on_where_it_was(tmp_path: Path) -> None
 
     with pytest.raises(KeyboardInterrupt):
         run_batch(work, tmp_path / "out", watch=break_off)
-    heard: list[BatchProgress] = []
-    run_batch(work, tmp_path / "out", watch=heard.append)
+    reports: list[BatchProgress] = []
+    run_batch(work, tmp_path / "out", watch=reports.append)
     runs = {int(mark.name): len(mark.read_text()) for mark in marks.iterdir()}
     assert set(runs) == set(range(9))
     assert all(count == 1 for seed, count in runs.items() if seed != 3)
-    assert heard[0].recalled in (3, 4)
-    assert heard[-1].done == heard[-1].total == 9
-    assert heard[-1].seconds_left == 0.0
+    assert reports[0].recalled in (3, 4)
+    assert reports[-1].done == reports[-1].total == 9
+    assert reports[-1].seconds_left == 0.0
 
 
 def test_a_damaged_file_of_a_trial_is_made_anew(tmp_path: Path) -> None:

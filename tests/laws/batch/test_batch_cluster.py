@@ -108,9 +108,9 @@ def test_a_scheduler_that_is_lost_midway_is_told_and_what_was_done_is_kept(tmp_p
 
         with pytest.raises(StudyError, match=r"was lost .* finished trials are kept"):
             run_batch([Work(DAWDLE, cases)], tmp_path, workers_for(None, address), kill)
-    heard: list[BatchProgress] = []
-    run_batch([Work(DAWDLE, cases)], tmp_path, watch=heard.append)
-    assert heard[0].recalled >= 2
+    reports: list[BatchProgress] = []
+    run_batch([Work(DAWDLE, cases)], tmp_path, watch=reports.append)
+    assert reports[0].recalled >= 2
 
 
 def test_a_scheduler_that_does_not_answer_is_told(

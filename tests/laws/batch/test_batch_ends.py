@@ -27,7 +27,7 @@ def started(folder: Path) -> subprocess.Popen[str]:
     )
 
 
-def said_when_all_ended(process: subprocess.Popen[str]) -> str:
+def output_when_all_ended(process: subprocess.Popen[str]) -> str:
     """Return what was said; trials' processes hold the pipe, too, so it ends with the last one."""
     try:
         return process.communicate(timeout=PATIENCE_S)[0]
@@ -54,7 +54,7 @@ def test_an_interrupt_ends_all_processes_at_once_and_says_nothing_of_them(
     else:
         wait_for_trials(process, tmp_path)
     os.killpg(process.pid, signal.SIGINT)
-    assert said_when_all_ended(process) == "interrupted\n"
+    assert output_when_all_ended(process) == "interrupted\n"
     assert process.returncode == 0
 
 
@@ -63,5 +63,5 @@ def test_trials_end_with_the_process_that_asked_for_them(tmp_path: Path, how: in
     process = started(tmp_path)
     wait_for_trials(process, tmp_path)
     os.kill(process.pid, how)
-    said_when_all_ended(process)
+    output_when_all_ended(process)
     assert process.returncode == -how

@@ -31,17 +31,17 @@ def tracked(folder: Path, rate: str) -> tuple[str, str]:
         rotations=Rotation.from_matrix(TURN).as_quat(scalar_first=True)[None],
     )
     save_body(folder / "ball.json", ball)
-    said = run_servoid(folder, "track", "video", "--body", "ball.json", "--start", "body")
-    return (folder / "poses.csv").read_text(), " ".join(said.split())
+    output = run_servoid(folder, "track", "video", "--body", "ball.json", "--start", "body")
+    return (folder / "poses.csv").read_text(), " ".join(output.split())
 
 
 def test_a_capture_without_a_rate_is_tracked_as_at_the_rate_that_is_said(tmp_path: Path) -> None:
     known, words = tracked(tmp_path / "with", f"rate_hz = {ASSUMED_HZ}")
-    unknown, said = tracked(tmp_path / "without", "")
+    unknown, output = tracked(tmp_path / "without", "")
     assert unknown == known
-    assert f"{ASSUMED_HZ:g} observations per second are assumed" in said and "rate_hz" in said
+    assert f"{ASSUMED_HZ:g} observations per second are assumed" in output and "rate_hz" in output
     assert "assumed" not in words
-    assert "time jumps" not in said
+    assert "time jumps" not in output
     points = read_trajectory(tmp_path / "without" / "poses.csv")
     assert [point.time_s for point in points] == pytest.approx([i / ASSUMED_HZ for i in range(6)])
     assert {point.status for point in points} == {"tracking"}

@@ -61,9 +61,9 @@ def test_a_video_that_is_a_named_pipe_is_refused(
     toml = drawn_capture / "capture.toml"
     toml.write_text(toml.read_text().replace("images/*.png", "film.mp4"))
     out = tmp_path / "body.json"
-    told = servoid_command("model", drawn_capture, "--out", out)
-    assert (told.code, out.exists()) == (1, False)
-    assert "film.mp4: it is a named pipe, not a file" in told.err
+    ended = servoid_command("model", drawn_capture, "--out", out)
+    assert (ended.code, out.exists()) == (1, False)
+    assert "film.mp4: it is a named pipe, not a file" in ended.err
 
 
 @pytest.mark.parametrize("limit", FILE_LIMITS, ids=lambda limit: limit.what)
@@ -197,9 +197,9 @@ def test_links_in_a_circle_are_told(
 ) -> None:
     (drawn_capture / "images" / "0003.png").unlink()
     (drawn_capture / "images" / "0003.png").symlink_to("0003.png")
-    told = servoid_command("model", drawn_capture, "--out", tmp_path / "body.json")
-    assert told.code == 1
-    assert "cannot read" in told.err
+    ended = servoid_command("model", drawn_capture, "--out", tmp_path / "body.json")
+    assert ended.code == 1
+    assert "cannot read" in ended.err
 
 
 def test_the_page_of_errors_lists_every_limit() -> None:

@@ -22,7 +22,7 @@ MODELS = {
 }
 
 
-def info(**told: Any) -> Info:
+def info(**changes: Any) -> Info:
     """Make a CameraInfo of ROS 2, of which single fields are told."""
     fields = {
         "width": SIZE_PX[0],
@@ -35,7 +35,7 @@ def info(**told: Any) -> Info:
         "binning_x": 0,
         "binning_y": 0,
         "roi": SimpleNamespace(x_offset=0, y_offset=0),
-        **told,
+        **changes,
     }
     return Info.of(SimpleNamespace(**fields), "left")
 
@@ -66,11 +66,11 @@ def test_rectifying_with_opencv_and_reading_p_is_the_same_as_reading_k_d_and_r(
     """A point in the camera's frame is seen in the rectified image where R and P put it."""
     r = Pose.from_euler("xyz", angles).matrix()[:3, :3]
     p = np.array([[500.0, 0, 318, -60.0], [0, 500.0, 241, 0], [0, 0, 1, 0]])
-    told = info(d=MODELS["plumb_bob"], r=r.ravel(), p=p.ravel())
-    raw = calibration_of(told, SIZE_PX, "a", is_rectified=False)
-    rectified = calibration_of(told, SIZE_PX, "a", is_rectified=True)
+    message = info(d=MODELS["plumb_bob"], r=r.ravel(), p=p.ravel())
+    raw = calibration_of(message, SIZE_PX, "a", is_rectified=False)
+    rectified = calibration_of(message, SIZE_PX, "a", is_rectified=True)
     seen = points(seed)
-    expected = cv2.undistortPoints(raw.lens.project(seen), K, np.array(told.d), R=r, P=p[:, :3])
+    expected = cv2.undistortPoints(raw.lens.project(seen), K, np.array(message.d), R=r, P=p[:, :3])
     in_rectified = rectified.frame_from_camera.inverse().transform(seen)
     assert np.abs(rectified.lens.project(in_rectified) - expected[:, 0]).max() < 1e-2
     assert raw.frame_from_camera == Pose.identity() and rectified.lens.model == "pinhole"
@@ -84,10 +84,10 @@ def test_a_part_of_the_image_and_joined_pixels_see_the_same_rays(
     whole = calibration_of(info(), SIZE_PX, "a", is_rectified=False).lens
     size = ((SIZE_PX[0] - left) // by, (SIZE_PX[1] - top) // by)
     region = SimpleNamespace(x_offset=left, y_offset=top)
-    told = info(roi=region, binning_x=by, binning_y=by)
+    message = info(roi=region, binning_x=by, binning_y=by)
     if (left, top) == (0, 0):
         size = (SIZE_PX[0] // by, SIZE_PX[1] // by)
-    part = calibration_of(told, size, "a", is_rectified=False).lens
+    part = calibration_of(message, size, "a", is_rectified=False).lens
     seen = points(1)
     # The middle of a joined pixel lies between the middles of its parts.
     expected = (whole.project(seen) - (left, top) - (by - 1) / 2.0) / by
@@ -105,13 +105,13 @@ def test_fields_of_ros_1_are_read_by_their_other_names() -> None:
         roi=SimpleNamespace(x_offset=0, y_offset=0),
         **fields,
     )
-    told = Info.of(old, "left")
-    assert told.is_like(info(d=MODELS["plumb_bob"]))
-    assert not told.is_like(info(d=(*MODELS["plumb_bob"][:4], 0.02)))
+    message = Info.of(old, "left")
+    assert message.is_like(info(d=MODELS["plumb_bob"]))
+    assert not message.is_like(info(d=(*MODELS["plumb_bob"][:4], 0.02)))
 
 
 @pytest.mark.parametrize(
-    ("told", "is_rectified", "words"),
+    ("changes", "is_rectified", "words"),
     [
         ({"k": np.zeros(9)}, False, "has no focal length"),
         ({"d": MODELS["plumb_bob"]}, True, "is not valid for rectified images: its P is zero"),
@@ -124,8 +124,8 @@ def test_fields_of_ros_1_are_read_by_their_other_names() -> None:
     ],
 )
 def test_a_calibration_that_says_too_little_is_refused_in_words(
-    told: dict[str, Any], is_rectified: bool, words: str
+    changes: dict[str, Any], is_rectified: bool, words: str
 ) -> None:
     with pytest.raises(CaptureError) as caught:
-        calibration_of(info(**told), SIZE_PX, "run.bag, /camera_info", is_rectified=is_rectified)
+        calibration_of(info(**changes), SIZE_PX, "run.bag, /camera_info", is_rectified=is_rectified)
     assert str(caught.value).startswith("run.bag, /camera_info") and words in str(caught.value)

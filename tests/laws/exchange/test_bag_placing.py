@@ -69,10 +69,10 @@ def test_gaps_of_transforms_are_told_and_observations_beyond_them_left_out(tmp_p
     # A tenth of a second beyond the first and the last transform is three images each.
     assert capture.times_s is not None
     assert (capture.times_s[0], capture.times_s[-1]) == (stamp(17) / 10**9, stamp(72) / 10**9)
-    said = "; ".join(capture.notes)
-    assert "TF from world to rig has gaps of up to 1 s; poses of 30 observations" in said
-    assert "nearest transform was used for 6 observations" in said
-    assert "34 of 90 observations were left out" in said
+    notes = "; ".join(capture.notes)
+    assert "TF from world to rig has gaps of up to 1 s; poses of 30 observations" in notes
+    assert "nearest transform was used for 6 observations" in notes
+    assert "34 of 90 observations were left out" in notes
 
 
 def test_a_transform_that_never_changes_holds_at_any_time(tmp_path: Path) -> None:

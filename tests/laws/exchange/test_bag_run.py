@@ -36,10 +36,10 @@ def steps_of(capture: Capture, answers: Sequence[dict[str, Any]]) -> list[TrackS
     """Make up what a tracker said of each observation."""
     steps = []
     instants = read_instants(capture, capture.observations())
-    for instant, told in zip(instants, answers, strict=True):
-        estimate = FakeEstimate(instant.time_s, **({"world_from_object": AHEAD} | told))
+    for instant, answer in zip(instants, answers, strict=True):
+        estimate = FakeEstimate(instant.time_s, **({"world_from_object": AHEAD} | answer))
         tracked = Tracked(instant.index, estimate, 0.002, tuple(estimate.notices))  # type: ignore
-        body = plain_body(AHEAD, count=3 if told.get("evolved") else 2)
+        body = plain_body(AHEAD, count=3 if answer.get("evolved") else 2)
         one = Followed("my cup", object(), body, COLORS, (), tracked, 0.0)  # type: ignore
         steps.append(TrackStep(instant, (one,), (tracked,), 1.0))
     return steps
@@ -170,14 +170,14 @@ def test_a_covariance_of_ros_is_that_of_the_origin_and_of_turns_about_fixed_axes
     # The covariance of one motion alone is its outer product, and so is what it becomes.
     assert np.allclose(ros_covariance(pose, np.outer(step, step)), np.outer(off, off), atol=1e-17)
     root = np.random.default_rng(seed).normal(size=(6, 6))
-    told = ros_covariance(pose, root @ root.T)
-    assert np.allclose(told, told.T) and np.linalg.eigvalsh(told).min() > -1e-9
-    assert np.trace(told) == pytest.approx(np.trace(root @ root.T))
+    written = ros_covariance(pose, root @ root.T)
+    assert np.allclose(written, written.T) and np.linalg.eigvalsh(written).min() > -1e-9
+    assert np.trace(written) == pytest.approx(np.trace(root @ root.T))
 
 
 def test_what_is_not_known_has_a_variance_that_says_nothing() -> None:
-    told = ros_covariance(AHEAD, np.full((6, 6), np.nan))
-    assert (told == 1e6 * np.eye(6)).all()
+    written = ros_covariance(AHEAD, np.full((6, 6), np.nan))
+    assert (written == 1e6 * np.eye(6)).all()
 
 
 def held(rig: RunRig, gate: threading.Event) -> RunRig:
@@ -284,6 +284,6 @@ def test_a_run_of_the_real_tracker_tells_the_poses_that_it_gave(
             run.see(instant, [ObjectState("toy", estimate, body)])
             if estimate.status == "tracking":
                 given.append(np.array(estimate.world_from_object.translation))
-    told = [one.pose.pose.position for one in messages_of(tmp_path / "run.mcap")["/toy/pose"]]
-    assert len(told) > 4
-    assert np.array_equal(np.array([(one.x, one.y, one.z) for one in told]), np.array(given))
+    positions = [one.pose.pose.position for one in messages_of(tmp_path / "run.mcap")["/toy/pose"]]
+    assert len(positions) > 4
+    assert np.array_equal(np.array([(one.x, one.y, one.z) for one in positions]), np.array(given))

@@ -112,9 +112,9 @@ def test_images_are_paired_by_their_stamps_and_lone_ones_are_told(tmp_path: Path
     assert [i for i, picture in enumerate(right.pictures) if picture is None] == [6, 13, 20, 27]
     for index, picture in enumerate(right.pictures):
         assert picture is None or (picture.read(SIZE_PX) == pixels(2 * index + 1)).all()
-    said = "; ".join(capture.notes)
-    assert "4 of 30 observations lack an image of right: none was taken at that time" in said
-    assert "images of left and right were taken 4 ms apart, at most 4 ms" in said
+    notes = "; ".join(capture.notes)
+    assert "4 of 30 observations lack an image of right: none was taken at that time" in notes
+    assert "images of left and right were taken 4 ms apart, at most 4 ms" in notes
 
 
 def test_images_without_a_stamp_get_the_time_at_which_they_were_recorded(tmp_path: Path) -> None:
@@ -288,7 +288,7 @@ def test_a_bag_that_says_too_little_is_refused_in_words(
 
 
 @pytest.mark.parametrize(
-    ("said", "instead"),
+    ("old", "instead"),
     [
         (b"float64[12] p", b"float64[12] q"),
         (b"float64[9] k", b"float64[3] k"),
@@ -302,18 +302,18 @@ def test_a_bag_that_says_too_little_is_refused_in_words(
     ],
 )
 def test_a_bag_whose_own_types_have_other_fields_is_refused_in_words(
-    tmp_path: Path, said: bytes, instead: bytes
+    tmp_path: Path, old: bytes, instead: bytes
 ) -> None:
     for is_jpeg in (False, True):
         path = write_bag(tmp_path / f"{is_jpeg}.mcap", stereo_entries(2, is_jpeg=is_jpeg))
         whole = path.read_bytes()
-        if said not in whole:
+        if old not in whole:
             continue
-        path.write_bytes(whole.replace(said, instead.ljust(len(said))[: len(said)]))
+        path.write_bytes(whole.replace(old, instead.ljust(len(old))[: len(old)]))
         with pytest.raises(ServoidError, match="is cut short, damaged or not a bag"):
             _read_all(open_bag(path))
         return
-    pytest.fail(f"no bag says '{said.decode()}'")
+    pytest.fail(f"no bag says '{old.decode()}'")
 
 
 def _read_all(capture: Capture) -> None:

@@ -27,11 +27,11 @@ def test_a_start_in_a_meshs_frame_is_right_as_the_command_says_it_must_be_given(
     mesh = trimesh.load(seen.folder / "truth" / "mesh.obj", force="mesh").convex_hull
     mesh.apply_transform(MESH_FROM_TOY)
     mesh.export(tmp_path / "toy.ply")
-    said = run_servoid(
+    output = run_servoid(
         tmp_path, "model", "toy.ply", "--out", "toy.json", "--max-ellipsoids", 3, "--delta", 0
     )
-    assert "the body has a frame of its own, not the mesh's" in " ".join(said.split())
-    assert "world_from_mesh * mesh_from_object" in " ".join(said.split())
+    assert "the body has a frame of its own, not the mesh's" in " ".join(output.split())
+    assert "world_from_mesh * mesh_from_object" in " ".join(output.split())
     mesh_from_object = load_body(tmp_path / "toy.json").body().world_from_object
     world_from_mesh = Pose(seen.truth(0) @ np.linalg.inv(MESH_FROM_TOY))
     start = pose_text(world_from_mesh @ mesh_from_object)

@@ -26,8 +26,8 @@ def summary_of(command: Command, *arguments: object) -> str:
 def test_a_body_that_explains_its_views_is_told_without_a_word_against_it(
     drawn_capture: Path, tmp_path: Path, servoid_command: Command
 ) -> None:
-    told = summary_of(servoid_command, drawn_capture, "--out", tmp_path / "body.json")
-    assert "overlap" not in told and "swapped" not in told
+    summary = summary_of(servoid_command, drawn_capture, "--out", tmp_path / "body.json")
+    assert "overlap" not in summary and "swapped" not in summary
 
 
 def test_a_view_that_the_body_does_not_explain_is_named(
@@ -38,8 +38,8 @@ def test_a_view_that_the_body_does_not_explain_is_named(
     # Beside the object, but so near that the views still see a common point.
     mask[rows, np.minimum(columns + np.ptp(columns) + 2, WIDTH - 1)] = 255
     write_png(drawn_capture / "masks" / "0003.png", mask)
-    told = summary_of(servoid_command, drawn_capture, "--out", tmp_path / "body.json")
-    assert "the body does not fit 1 of 8 used views: in eye/0003 its silhouette overl" in told
+    summary = summary_of(servoid_command, drawn_capture, "--out", tmp_path / "body.json")
+    assert "the body does not fit 1 of 8 used views: in eye/0003 its silhouette overl" in summary
 
 
 def test_a_body_that_explains_nothing_is_told_so() -> None:
@@ -60,8 +60,8 @@ def test_masks_whose_black_and_white_are_swapped_are_told(
 ) -> None:
     for path in (drawn_capture / "masks").iterdir():
         write_png(path, np.asarray(255 - cv2.imread(str(path), 0), np.uint8))
-    told = servoid_command("model", drawn_capture, "--out", tmp_path / "body.json")
-    words = " ".join((told.out + told.err).split())
+    ended = servoid_command("model", drawn_capture, "--out", tmp_path / "body.json")
+    words = " ".join((ended.out + ended.err).split())
     assert "8 masks of 8 touch all four borders of the image: are black and white swapped?" in words
 
 
@@ -116,10 +116,10 @@ def test_a_box_that_reaches_beyond_its_image_is_told(
 ) -> None:
     image = drawing.picture(drawing.world_from_cameras()[0])
     notes = seek_object(BoxTarget(*map(float, box)), image).notes
-    told = [note for note in notes if "extends beyond the image at its" in note]
-    assert len(told) == bool(sides)
+    found = [note for note in notes if "extends beyond the image at its" in note]
+    assert len(found) == bool(sides)
     if sides:
-        assert f"at its {sides}: u is from 0 to 159 and v from 0 to 119" in told[0]
+        assert f"at its {sides}: u is from 0 to 159 and v from 0 to 119" in found[0]
 
 
 def test_a_doubt_about_a_box_that_reaches_beyond_its_image_begins_with_that(

@@ -145,13 +145,13 @@ def test_the_file_says_how_the_body_was_made(result: ModelResult, tmp_path: Path
 
 
 def test_progress_grows_to_the_end(views: list[CaptureView]) -> None:
-    heard: list[Progress] = []
-    result = servoid.model.fit(views, max_ellipsoids=3, delta=0.0, progress=heard.append)
-    shares = [progress.share for progress in heard]
+    reports: list[Progress] = []
+    result = servoid.model.fit(views, max_ellipsoids=3, delta=0.0, progress=reports.append)
+    shares = [progress.share for progress in reports]
     assert shares == sorted(shares)
     assert 0.0 <= shares[0] < shares[-1] == pytest.approx(1.0)
-    assert {1, 2, 3} <= {progress.count for progress in heard}
-    assert heard[-1].fitness == pytest.approx(result.fitness)
+    assert {1, 2, 3} <= {progress.count for progress in reports}
+    assert reports[-1].fitness == pytest.approx(result.fitness)
 
 
 def test_an_exception_in_the_progress_ends_the_modelling(views: list[CaptureView]) -> None:

@@ -49,7 +49,7 @@ def toed_in(degrees: float) -> NDArray[np.float64]:
     return pose
 
 
-def write_pair(folder: Path, true: NDArray[np.float64], told: NDArray[np.float64]) -> Capture:
+def write_pair(folder: Path, true: NDArray[np.float64], given: NDArray[np.float64]) -> Capture:
     """Draw three observations of two eyes, of which a capture tells something of its own."""
     walk = around(3, 20.0)
     for name, poses in (("left", walk), ("right", [pose @ true for pose in walk])):
@@ -58,7 +58,7 @@ def write_pair(folder: Path, true: NDArray[np.float64], told: NDArray[np.float64
         CAMERA.format(
             name=name, width=SIZE_PX[0], height=SIZE_PX[1], focal=FOCAL_PX, pose=pose.tolist()
         )
-        for name, pose in (("left", np.eye(4)), ("right", told))
+        for name, pose in (("left", np.eye(4)), ("right", given))
     ]
     (folder / "capture.toml").write_text("\n".join(["version = 1", "rate_hz = 10", *tables]))
     return open_capture(folder)
@@ -80,18 +80,18 @@ def with_focal(capture: Capture, share: float) -> Capture:
     return replace(capture, cameras=cameras)
 
 
-def named_px(said: str | None) -> float:
+def named_px(doubt: str | None) -> float:
     """Return the focal length that a sentence names."""
-    assert said is not None and said.startswith("the images fit a focal length of about")
-    return float(said.split()[8])
+    assert doubt is not None and doubt.startswith("the images fit a focal length of about")
+    return float(doubt.split()[8])
 
 
 def test_a_wrong_focal_length_of_eyes_that_are_toed_in_is_told(tmp_path: Path) -> None:
     capture = write_pair(tmp_path, toed_in(8.0), toed_in(8.0))
     assert doubt_calibration(capture) is None
-    said = doubt_calibration(with_focal(capture, 0.9))
-    assert named_px(said) == pytest.approx(FOCAL_PX, rel=0.02)
-    assert said is not None and "better than 270 px" in said
+    doubt = doubt_calibration(with_focal(capture, 0.9))
+    assert named_px(doubt) == pytest.approx(FOCAL_PX, rel=0.02)
+    assert doubt is not None and "better than 270 px" in doubt
 
 
 def test_a_lens_that_ends_within_the_tried_focal_lengths_is_no_trouble(tmp_path: Path) -> None:
@@ -109,8 +109,8 @@ def test_a_lens_that_ends_within_the_tried_focal_lengths_is_no_trouble(tmp_path:
         )
         for camera in capture.cameras
     ]
-    said = doubt_calibration(replace(capture, cameras=tuple(bent)))
-    assert said is None or said.endswith("calibrate again")
+    doubt = doubt_calibration(replace(capture, cameras=tuple(bent)))
+    assert doubt is None or doubt.endswith("calibrate again")
 
 
 def test_eyes_that_are_said_to_be_parallel_and_are_not_are_told(tmp_path: Path) -> None:
@@ -120,9 +120,9 @@ def test_eyes_that_are_said_to_be_parallel_and_are_not_are_told(tmp_path: Path) 
     parallel = turned.copy()
     parallel[:3, :3] = np.eye(3)
     capture = write_pair(tmp_path, turned, parallel)
-    said = doubt_calibration(capture, is_assumed=True)
-    assert said is not None
-    assert said.startswith("the images contradict the poses of the cameras")
+    doubt = doubt_calibration(capture, is_assumed=True)
+    assert doubt is not None
+    assert doubt.startswith("the images contradict the poses of the cameras")
 
 
 @pytest.mark.extended
@@ -156,5 +156,5 @@ def test_a_focal_length_that_photographs_contradict_is_told(name: str, share: fl
     if not (DATA / name).is_dir():
         pytest.skip(f"{name} is not beside the repository")
     capture = open_capture(DATA / name)
-    said = doubt_calibration(with_focal(capture, share))
-    assert named_px(said) == pytest.approx(capture.cameras[0].lens.focal_px[0], rel=0.03)
+    doubt = doubt_calibration(with_focal(capture, share))
+    assert named_px(doubt) == pytest.approx(capture.cameras[0].lens.focal_px[0], rel=0.03)

@@ -90,7 +90,7 @@ def test_several_files_are_written_in_one_word(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         ("none.mp4", "there is no none.mp4; SOURCE is a capture .* sim:WORLD, or a rig.toml"),
         ("a.mp4+b.mp4", "there is no video a.mp4"),
@@ -99,8 +99,8 @@ def test_several_files_are_written_in_one_word(tmp_path: Path) -> None:
         ("side-by-side:sim:snail", "but sim:snail is a sim"),
     ],
 )
-def test_a_word_that_names_nothing_is_refused(text: str, says: str) -> None:
-    with pytest.raises(CaptureError, match=says):
+def test_a_word_that_names_nothing_is_refused(text: str, message: str) -> None:
+    with pytest.raises(CaptureError, match=message):
         parse_source(text)
 
 
@@ -193,7 +193,7 @@ def test_a_calibration_says_how_a_bare_video_was_seen(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("told", "says"),
+    ("given", "message"),
     [
         ({"fov_deg": 0.0}, "--fov is 0; give degrees above 0 and below 180"),
         ({"fov_deg": float("nan")}, "--fov is nan"),
@@ -202,9 +202,9 @@ def test_a_calibration_says_how_a_bare_video_was_seen(tmp_path: Path) -> None:
         ({"fov_deg": 60.0, "calibration": Path("a")}, "leave --fov and --baseline out"),
     ],
 )
-def test_what_is_told_of_cameras_is_checked(told: dict[str, float], says: str) -> None:
-    with pytest.raises(CaptureError, match=says):
-        Known(**told)  # type: ignore
+def test_what_is_told_of_cameras_is_checked(given: dict[str, float], message: str) -> None:
+    with pytest.raises(CaptureError, match=message):
+        Known(**given)  # type: ignore
 
 
 def test_what_a_capture_says_of_its_cameras_is_not_told_twice(tmp_path: Path) -> None:

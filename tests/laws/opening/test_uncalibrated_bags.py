@@ -84,11 +84,11 @@ def test_where_tf_knows_the_camera_its_poses_count(tmp_path: Path) -> None:
 
 def test_nothing_that_is_told_is_refused_by_naming_what_would_do(tmp_path: Path) -> None:
     word = parse_source(str(write_bag(tmp_path / "run.mcap", at_rest())))
-    says = (
+    message = (
         r"no camera_info belongs to /stereo/left/image_raw; give --fov.*--calibration FILE; .*"
         r"servoid scan estimates it; --topic chooses other cameras"
     )
-    with pytest.raises(CaptureError, match=says):
+    with pytest.raises(CaptureError, match=message):
         open_recorded(word)
     with pytest.raises(CaptureError, match=r"no camera_info belongs to .*; record"):
         open_bag(word.place)
@@ -165,8 +165,8 @@ def test_what_is_told_counts_for_all_cameras_and_unused_calibrations_are_said(
     opened = open_recorded(word, Known(fov_deg=90.0), topics=TOPICS)
     focal_px = [camera.lens.focal_px[0] for camera in opened.capture.cameras]
     assert focal_px == pytest.approx([20.0, 20.0])
-    said = "; ".join(opened.capture.notes)
-    assert "/stereo/left/camera_info is not used, as another camera has none" in said
+    notes = "; ".join(opened.capture.notes)
+    assert "/stereo/left/camera_info is not used, as another camera has none" in notes
 
 
 def test_a_scan_needs_neither_a_calibration_nor_tf(tmp_path: Path) -> None:
@@ -177,9 +177,9 @@ def test_a_scan_needs_neither_a_calibration_nor_tf(tmp_path: Path) -> None:
     assert (filmed.lens, filmed.partner) == (None, None)
     assert any("second camera is not used" in note for note in filmed.notes)
     assert not any("TF" in note for note in filmed.notes)
-    told = open_filmed(word, Known(fov_deg=90.0, baseline_m=0.2))
-    assert told.lens is not None and told.lens.focal_px == pytest.approx((20.0, 20.0))
-    assert told.partner is not None and told.partner.metres == 0.2
+    filmed = open_filmed(word, Known(fov_deg=90.0, baseline_m=0.2))
+    assert filmed.lens is not None and filmed.lens.focal_px == pytest.approx((20.0, 20.0))
+    assert filmed.partner is not None and filmed.partner.metres == 0.2
 
 
 @pytest.mark.parametrize("is_calibrated", [True, False])

@@ -208,18 +208,18 @@ def test_only_what_the_page_asks_is_answered(
 )  # fmt: skip
 def test_what_is_no_mark_in_the_image_is_refused_with_words(client: Client, body: object) -> None:
     for route in ("seek", "choose"):
-        status, told, _ = client.ask(route, body)
+        status, answer, _ = client.ask(route, body)
         assert status == 422
-        assert json.loads(told)["error"]
+        assert json.loads(answer)["error"]
 
 
 def test_what_a_mark_finds_is_what_the_commands_find(client: Client, server: PickServer) -> None:
-    status, told, _ = client.ask("seek", {"target": BOX})
+    status, answer, _ = client.ask("seek", {"target": BOX})
     assert status == 200
-    assert json.loads(told)["doubt"] is None
+    assert json.loads(answer)["doubt"] is None
     assert server.wait(0.0) is None
-    status, told, _ = client.ask("choose", {"target": BOX})
-    assert json.loads(told) == {"words": f"--target {BOX}@eye/0003"}
+    status, answer, _ = client.ask("choose", {"target": BOX})
+    assert json.loads(answer) == {"words": f"--target {BOX}@eye/0003"}
     choice = server.wait(10.0)
     assert choice is not None and str(choice.target) == f"{BOX}@eye/0003"
     expected = find_object(parse_target(BOX), picture())

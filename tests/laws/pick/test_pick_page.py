@@ -71,7 +71,7 @@ class Page:
         self.page.mouse.move(*self.at(*end), steps=4)
         self.page.mouse.up()
 
-    def says(self, pattern: str) -> None:
+    def expect_message(self, pattern: str) -> None:
         words = self.page.locator("#words")
         playwright.expect(words).to_have_text(re.compile(pattern), timeout=60_000)
 
@@ -86,9 +86,9 @@ def test_a_box_that_is_drawn_is_the_one_that_is_given_back(
     page = Page(browser, server, size)
     assert page.page.locator("#use").is_disabled()
     page.drag((228, 168), (92, 72))
-    page.says("^The bright area is taken as the object: 12 % of the image")
+    page.expect_message("^The bright area is taken as the object: 12 % of the image")
     page.page.click("#use")
-    page.says("^Done: the terminal has --target box:.*@eye/0003")
+    page.expect_message("^Done: the terminal has --target box:.*@eye/0003")
     choice = server.wait(10.0)
     assert choice is not None and isinstance(choice.target, BoxTarget)
     given = np.array([choice.target.u0, choice.target.v0, choice.target.u1, choice.target.v1])
@@ -104,9 +104,9 @@ def test_a_click_is_the_pixel_that_was_meant(
 ) -> None:
     page = Page(browser, server, size)
     page.click(160, 120)
-    page.says("^The bright area")
+    page.expect_message("^The bright area")
     page.page.click("#use")
-    page.says("^Done")
+    page.expect_message("^Done")
     choice = server.wait(10.0)
     assert choice is not None and isinstance(choice.target, ClickTarget)
     assert np.abs(np.array([choice.target.u, choice.target.v]) - [160, 120]).max() <= 1.0
@@ -117,7 +117,7 @@ def test_a_click_is_the_pixel_that_was_meant(
 def test_nothing_is_given_back_that_was_not_shown(browser: Any, server: PickServer) -> None:
     page = Page(browser, server, DESK)
     page.click(160, 120)
-    page.says("^The bright area")
+    page.expect_message("^The bright area")
     page.page.fill("#target", "click:5,5")
     assert page.page.locator("#use").is_disabled()
     page.page.click("#again")
@@ -133,11 +133,11 @@ def test_a_mark_can_be_typed_and_what_is_wrong_with_it_is_said(
     page = Page(browser, server, DESK)
     page.page.fill("#target", "box:1,2,3")
     page.page.keyboard.press("Enter")
-    page.says("write box:LEFT,TOP,RIGHT,BOTTOM")
+    page.expect_message("write box:LEFT,TOP,RIGHT,BOTTOM")
     assert page.page.locator("#use").is_disabled()
     page.page.fill("#target", "box:92,72,228,168")
     page.page.keyboard.press("Enter")
-    page.says("^The bright area")
+    page.expect_message("^The bright area")
     page.page.close()
 
 
@@ -156,5 +156,5 @@ def test_a_page_that_stays_open_says_that_servoid_has_ended(browser: Any) -> Non
     with PickServer(Question("eye/0", picture(), lambda mark: seek_object(mark, picture()))) as one:
         page = Page(browser, one, DESK)
     page.click(160, 120)
-    page.says("servoid has ended")
+    page.expect_message("servoid has ended")
     page.page.close()

@@ -57,8 +57,8 @@ def blank(count: int) -> list[Image]:
     return [np.full((SIZE_PX[1], SIZE_PX[0], 3), 20 * index, np.uint8) for index in range(count)]
 
 
-def filmed(text: object, **told: float) -> Filmed:
-    return open_filmed(parse_source(str(text)), Known(**told))  # type: ignore[arg-type]
+def filmed(text: object, **given: float) -> Filmed:
+    return open_filmed(parse_source(str(text)), Known(**given))  # type: ignore[arg-type]
 
 
 def levels(found: Filmed, names: list[str]) -> list[int]:
@@ -98,8 +98,8 @@ def test_a_film_and_photographs_are_scanned_as_they_are(tmp_path: Path) -> None:
     assert isinstance(filmed(film).footage, Film)
     assert isinstance(filmed(photos).footage, Photographs)
     assert isinstance(filmed(f"{photos}/*.jpg").footage, Photographs)
-    told = filmed(film, fov_deg=60.0).lens
-    assert told is not None and told.focal_px[0] == pytest.approx(160 / np.tan(np.radians(30.0)))
+    lens = filmed(film, fov_deg=60.0).lens
+    assert lens is not None and lens.focal_px[0] == pytest.approx(160 / np.tan(np.radians(30.0)))
 
 
 def test_what_cannot_be_a_footage_is_refused_with_what_would_do(tmp_path: Path) -> None:

@@ -194,11 +194,11 @@ def test_an_object_that_stays_far_from_a_side_of_its_box_is_told() -> None:
 
 def test_a_doubt_keeps_its_answers_through_places_and_processes() -> None:
     image, mask, _ = drawn()
-    with pytest.raises(DoubtError, match="here: twice") as told, located("here"):
+    with pytest.raises(DoubtError, match="here: twice") as raised, located("here"):
         raise DoubtError("twice", image, [mask, 255 - mask])
-    copy = pickle.loads(pickle.dumps(told.value))
-    assert str(copy) == str(told.value)
-    for error in (told.value, copy):
+    copy = pickle.loads(pickle.dumps(raised.value))
+    assert str(copy) == str(raised.value)
+    for error in (raised.value, copy):
         assert [one.tobytes() for one in error.masks] == [mask.tobytes(), (255 - mask).tobytes()]
         assert np.array_equal(error.image, image)
 

@@ -180,9 +180,9 @@ def test_a_wrong_pose_of_which_the_tracker_is_not_sure_ends_held_and_told(
 def test_what_is_seen_and_what_is_believed_may_not_be_apart_for_long_however_sure() -> None:
     ticks = during(zigzagging).run(LAST_S)
     parted_s = SafetySettings().parted_s
-    first_told = next(t.time_s for t in ticks if Reason.PARTED in t.command.limiting)
+    first_reported_s = next(t.time_s for t in ticks if Reason.PARTED in t.command.limiting)
     first_held = next(t.time_s for t in ticks if Reason.PARTED in t.command.holding)
-    assert first_told - FIRST_S == pytest.approx(parted_s, abs=0.2)
+    assert first_reported_s - FIRST_S == pytest.approx(parted_s, abs=0.2)
     assert first_held - FIRST_S == pytest.approx(2 * parted_s, abs=0.3)
     assert hand_speeds(between(ticks, FIRST_S, LAST_S)).max() < 0.4
 
@@ -202,9 +202,9 @@ def test_a_goal_that_is_told_roughly_is_approached_and_said_to_be_rough() -> Non
         return instant, estimate
 
     ticks = Loop(to_and_fro(10), spoil=rough).run(LAST_S)
-    told = [Reason.ROUGH in tick.command.limiting for tick in between(ticks, 2.0, FIRST_S)]
+    reported = [Reason.ROUGH in tick.command.limiting for tick in between(ticks, 2.0, FIRST_S)]
     late = [Reason.ROUGH in tick.command.limiting for tick in between(ticks, 5.0, LAST_S)]
-    assert not any(told)
+    assert not any(reported)
     assert all(late)
     assert all(not tick.command.holding for tick in between(ticks, 2.0, LAST_S))
 

@@ -284,20 +284,20 @@ def test_an_arm_is_brought_to_rest_within_its_limits_however_a_block_ends(
     error: type[BaseException],
 ) -> None:
     loop = Loop(to_and_fro(4.0))
-    told: list[np.ndarray] = []
+    commanded: list[np.ndarray] = []
     with (
         pytest.raises(error),
-        brought_to_rest(loop.arm, loop.controller, lambda one: told.append(one.velocities)),
+        brought_to_rest(loop.arm, loop.controller, lambda one: commanded.append(one.velocities)),
     ):
         last = loop.run(2.0)[-1].command.velocities
         raise error
-    speeds = np.array([last, *told])
+    speeds = np.array([last, *commanded])
     steps = np.abs(np.diff(speeds, axis=0)) / loop.arm.period_s
     assert np.abs(last).max() > 0.02
     assert np.all(steps <= loop.arm.joints.acceleration * (1.0 + 1e-9))
-    assert not told[-1].any()
+    assert not commanded[-1].any()
     for _ in range(50):
-        loop.arm.command(told[-1])
+        loop.arm.command(commanded[-1])
     assert np.abs(loop.arm.state().velocities).max() < 1e-4
 
 

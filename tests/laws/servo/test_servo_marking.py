@@ -55,7 +55,7 @@ def test_a_target_as_of_the_tracker_may_name_the_camera() -> None:
 
 
 @pytest.mark.parametrize(
-    ("target", "says"),
+    ("target", "message"),
     [
         ("boxes", "the target 'boxes' has no known form; write mask:FILE, box:"),
         ("box:1,2,3", "the target 'box:1,2,3' needs 4 numbers with ','"),
@@ -63,14 +63,14 @@ def test_a_target_as_of_the_tracker_may_name_the_camera() -> None:
         ("click:here", "the target 'click:here' needs 2 numbers"),
     ],
 )
-def test_a_target_that_is_none_is_refused_before_anything_moves(target: str, says: str) -> None:
+def test_a_target_that_is_none_is_refused_before_anything_moves(target: str, message: str) -> None:
     with pytest.raises(ServoError, match=r"^run\.target: .*choose one of hand, box, click") as one:
         RunSettings(target=target)
-    assert re.search(re.escape(says), str(one.value))
+    assert re.search(re.escape(message), str(one.value))
 
 
 @pytest.mark.parametrize(
-    ("target", "says"),
+    ("target", "message"),
     [
         ("click:10,10@eye", "meant for the view 'eye', but the cameras are left, right"),
         ("click:1000,10", "the click lies outside the image, which has u from 0 to 319"),
@@ -78,6 +78,6 @@ def test_a_target_that_is_none_is_refused_before_anything_moves(target: str, say
         ("mask:none.png", "none.png"),
     ],
 )
-def test_a_target_that_finds_nothing_is_refused_in_words(target: str, says: str) -> None:
-    with pytest.raises((TargetError, ServoError, ValueError), match=re.escape(says)):
+def test_a_target_that_finds_nothing_is_refused_in_words(target: str, message: str) -> None:
+    with pytest.raises((TargetError, ServoError, ValueError), match=re.escape(message)):
         marked(target)

@@ -39,11 +39,11 @@ def off(millimetres: tuple[float, float, float], degrees: float = 0.0) -> Pose:
     )
 
 
-def row_at(number: int, hand: Pose = HERE, goal: Pose | None = HERE, **told: float) -> ServoRow:
+def row_at(number: int, hand: Pose = HERE, goal: Pose | None = HERE, **times: float) -> ServoRow:
     time_s = START_S + PERIOD_S * number
     state = JointState(time_s, np.zeros(2), np.zeros(2))
     command = Command(np.zeros(2), np.zeros(6))
-    tick = Tick(state, None, None, command, told.get("control_s", 0.0), told.get("track_s", 0.0))
+    tick = Tick(state, None, None, command, times.get("control_s", 0.0), times.get("track_s", 0.0))
     return ServoRow(tick, hand, goal, None, None)
 
 
@@ -140,19 +140,19 @@ def test_a_hold_names_its_reasons_in_the_order_in_which_they_came() -> None:
 
 @given(st.lists(st.sampled_from([None, Reason.LOST, Reason.FROZEN]), max_size=40))
 def test_holds_are_apart_in_order_and_as_long_as_the_ticks_that_were_held(
-    told: list[Reason | None],
+    reasons: list[Reason | None],
 ) -> None:
     rows = [
         row_at(number) if reason is None else held(row_at(number), reason)
-        for number, reason in enumerate(told)
+        for number, reason in enumerate(reasons)
     ]
     metrics = ServoMetrics.of(log_of(rows), 0.0)
-    ticks = sum(reason is not None for reason in told)
+    ticks = sum(reason is not None for reason in reasons)
     # The period of a single tick is not known.
-    assert metrics.held_s == pytest.approx(PERIOD_S * ticks if len(told) > 1 else 0.0)
+    assert metrics.held_s == pytest.approx(PERIOD_S * ticks if len(reasons) > 1 else 0.0)
     assert all(one.end_s < other.start_s - 1e-9 for one, other in pairwise(metrics.holds))
     for hold in metrics.holds:
-        inside = told[round(hold.start_s / PERIOD_S) : round(hold.end_s / PERIOD_S)]
+        inside = reasons[round(hold.start_s / PERIOD_S) : round(hold.end_s / PERIOD_S)]
         assert set(inside or hold.reasons) == set(hold.reasons)
 
 

@@ -189,9 +189,9 @@ def test_the_sentences_of_three_reasons_are_written_in_full() -> None:
         write = cv2.putText
         patch.setattr(cv2, "putText", lambda *given: (texts.append(given[1]), write(*given))[1])
         overlay().draw(scene(command=command))
-    said = " ".join(texts)
-    assert all(reason.value in said for reason in LONGEST)
-    assert "..." not in said
+    joined = " ".join(texts)
+    assert all(reason.value in joined for reason in LONGEST)
+    assert "..." not in joined
 
 
 def test_wider_words_are_wider() -> None:
@@ -247,7 +247,7 @@ def test_the_table_reads_back_with_a_line_for_each_tick(shown: Shown) -> None:
 def test_the_columns_of_the_table_are_those_of_the_documentation(shown: Shown) -> None:
     text = (Path(__file__).parents[3] / "docs" / "formats.md").read_text(encoding="utf-8")
     section = text.split("## The log of a servo run", 1)[1].split("\n## ", 1)[0]
-    told = [
+    keys = [
         name.replace("JOINT", joint).replace("CAMERA", camera)
         for cell in re.findall(r"^\| (`.+?) \|", section, re.MULTILINE)
         for name in _expanded(re.findall(r"`([^`]+)`", cell))
@@ -256,7 +256,7 @@ def test_the_columns_of_the_table_are_those_of_the_documentation(shown: Shown) -
     ]
     with (shown.folder / "log.csv").open(newline="") as file:
         header = next(csv.reader(file))
-    assert sorted(told) == sorted(header)
+    assert sorted(keys) == sorted(header)
 
 
 def _expanded(names: list[str]) -> list[str]:

@@ -47,9 +47,9 @@ class Stopping(Loop):
 def test_a_protective_stop_holds_the_hand_and_is_told_until_it_is_reset() -> None:
     loop = Stopping(to_and_fro(6.0))
     ticks = loop.run(4.0)
-    told = [Reason.PROTECTIVE_STOP in tick.command.holding for tick in ticks]
+    commanded = [Reason.PROTECTIVE_STOP in tick.command.holding for tick in ticks]
     during = [1.0 <= tick.time_s < 2.0 for tick in ticks]
-    assert told == during
+    assert commanded == during
     # What else may hold the arm does not: the object is seen all the time.
     assert all(len(tick.command.holding) <= 1 for tick in ticks[len(ticks) // 8 :])
     assert broken_limits(loop) == []
@@ -115,7 +115,7 @@ def test_a_driver_whose_arm_is_stopped_ends_the_session_and_starts_none() -> Non
     bench.stopped = True
     bench.step(0.3)
     assert "protective stop" in bench.receiver.ended
-    assert not bench.told[-1].any() and bench.broken_limits() == []
+    assert not bench.commanded[-1].any() and bench.broken_limits() == []
     assert bench.start() is Refusal.STOPPED
     bench.stopped = False
     assert bench.start() is None

@@ -13,7 +13,7 @@ from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 
 
-def told(arm: SerialArm, velocities: np.ndarray, times: int) -> None:
+def command(arm: SerialArm, velocities: np.ndarray, times: int) -> None:
     for _ in range(times):
         arm.command(velocities)
 
@@ -42,7 +42,7 @@ def test_the_papers_whole_stroke_can_be_reached_with_the_first_joint_at_0() -> N
 def test_a_small_step_of_speed_is_answered_with_the_lag() -> None:
     arm = SerialArm(read_arm())
     wanted = np.full(10, 0.01)
-    told(arm, wanted, 3)
+    command(arm, wanted, 3)
     lags = np.repeat([0.02, 0.01], [7, 3])
     after = 3 * arm.period_s
     np.testing.assert_allclose(arm.state().velocities, wanted * (1 - np.exp(-after / lags)))
@@ -64,8 +64,8 @@ def test_speeds_grow_no_faster_than_the_acceleration_limits() -> None:
 def test_motion_does_not_depend_on_how_often_the_same_command_is_repeated() -> None:
     coarse, fine = (SerialArm(read_arm(), period_s=period) for period in (0.032, 0.002))
     for sign in (1.0, -1.0, 0.2):
-        told(coarse, sign * 0.8 * coarse.joints.speed, 2)
-        told(fine, sign * 0.8 * fine.joints.speed, 32)
+        command(coarse, sign * 0.8 * coarse.joints.speed, 2)
+        command(fine, sign * 0.8 * fine.joints.speed, 32)
     np.testing.assert_allclose(coarse.state().positions, fine.state().positions, atol=1e-12)
     np.testing.assert_allclose(coarse.state().velocities, fine.state().velocities, atol=1e-12)
 

@@ -50,7 +50,7 @@ def test_what_a_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         ("[hand]\ngain = 1", r"run.toml, line 2, hand: unknown key 'gain'; known keys: position_g"),
         ("[target]\noddness = 9", r"unknown key 'oddness', which is now called 'nis_gate'; known"),
@@ -66,8 +66,8 @@ def test_what_a_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
         ("hand = 3", r"hand: expected a table, got a whole number"),
     ],
 )
-def test_a_wrong_setting_is_refused_with_its_place(text: str, says: str) -> None:
-    with pytest.raises(ServoError, match=says):
+def test_a_wrong_setting_is_refused_with_its_place(text: str, message: str) -> None:
+    with pytest.raises(ServoError, match=message):
         decoded(text)
 
 

@@ -213,22 +213,22 @@ def test_an_arm_whose_tracker_hangs_is_brought_to_rest_within_its_limits() -> No
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "message"),
     [
         (TrackError("2 images are needed, but got 1"), "tracking failed: 2 images are needed"),
         (MemoryError(), "tracking failed: MemoryError"),
     ],
 )
 def test_an_error_in_the_tracking_thread_ends_the_loop_with_an_arm_at_rest(
-    error: Exception, said: str
+    error: Exception, message: str
 ) -> None:
     arm, tracker = SerialArm(read_arm()), Knowing()
     cameras, controller = Cameras(arm), Controller(arm)
-    told = list[np.ndarray]()
+    commanded = list[np.ndarray]()
     with (
-        pytest.raises(ServoError, match=said) as raised,
+        pytest.raises(ServoError, match=message) as raised,
         TrackingThread(cameras, tracker) as tracking,
-        brought_to_rest(arm, controller, lambda one: told.append(one.velocities)),
+        brought_to_rest(arm, controller, lambda one: commanded.append(one.velocities)),
     ):
         for tick in servo_tracked(arm, Waiting(cameras, tracking), controller, lambda _: OFF):
             last = tick.command.velocities
@@ -236,10 +236,10 @@ def test_an_error_in_the_tracking_thread_ends_the_loop_with_an_arm_at_rest(
                 tracker.error = error
             cameras.take()
     assert raised.value.__cause__ is error
-    speeds = np.array([last, *told])
+    speeds = np.array([last, *commanded])
     assert np.abs(last).max() > 0.02
     assert np.all(np.abs(np.diff(speeds, axis=0)) <= arm.period_s * arm.joints.acceleration * 1.001)
-    assert not told[-1].any()
+    assert not commanded[-1].any()
 
 
 def test_what_was_tracked_before_an_error_is_handed_over_first() -> None:

@@ -80,9 +80,9 @@ def test_a_solid_is_seen_where_it_is_and_its_paint_where_it_was_put(
         for depth in depths[::-1]:
             first[inside(name, pose[:3, 3:] + depth * ways)] = depth
         assert np.isnan(first).mean() < 0.02  # rays that graze it between two steps
-        met = ~np.isnan(first)
-        points = pose[:3, 3:] + first[met] * ways[:, met]
-        image = stage.image(LENS, pose, {}, samples=1, noise=0.0, seed=0)[rows, columns][met]
+        is_hit = ~np.isnan(first)
+        points = pose[:3, 3:] + first[is_hit] * ways[:, is_hit]
+        image = stage.image(LENS, pose, {}, samples=1, noise=0.0, seed=0)[rows, columns][is_hit]
         measured = (image / 255.0) ** 2.2
         wanted = by_place(points).T
         # How bright a place is depends on how it lies; its hue does not.

@@ -268,9 +268,9 @@ def test_grey_images_have_no_colour() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "says"),
+    ("wrong", "message"),
     [({"count": 0}, "needs 1 observation"), ({"size": "huge"}, "choose one of small, full")],
 )
-def test_a_scenario_that_cannot_be_is_refused(wrong: dict[str, object], says: str) -> None:
-    with pytest.raises(ValueError, match=says):
+def test_a_scenario_that_cannot_be_is_refused(wrong: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         Scenario(**wrong)  # pyright: ignore[reportArgumentType]

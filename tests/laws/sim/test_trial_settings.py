@@ -105,15 +105,15 @@ def test_every_setting_says_what_it_does() -> None:
             if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
                 continue
             assert get_origin(kind) is Annotated, f"{one.__name__}.{name}"
-            said = [part.description for part in get_args(kind)[1:] if part.description]
-            assert len("".join(said)) > 8, f"{one.__name__}.{name}"
+            descriptions = [part.description for part in get_args(kind)[1:] if part.description]
+            assert len("".join(descriptions)) > 8, f"{one.__name__}.{name}"
     lines = [line for line in trial_toml().splitlines() if " = " in line]
     assert len(lines) > 80
     assert all("  # " in line for line in lines)
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "message"),
     [
         ("[run]\nsecs = 3", r"run.toml, line 2, run: unknown key 'secs'; known keys: seconds, go"),
         ("[motion]\na = 1", r"run.toml: unknown key 'motion'; known keys: run, world, track, ser"),
@@ -144,9 +144,9 @@ def test_every_setting_says_what_it_does() -> None:
     ],
 )
 def test_a_setting_that_cannot_be_is_refused_with_what_is_allowed(
-    text: str, says: str, tmp_path: Path
+    text: str, message: str, tmp_path: Path
 ) -> None:
-    with pytest.raises(ServoError, match=says):
+    with pytest.raises(ServoError, match=message):
         read_back(text, tmp_path)
 
 
@@ -215,7 +215,7 @@ def test_dotted_names_change_single_settings() -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "says"),
+    ("values", "message"),
     [
         ({"run.seconds": -2.0}, r"the options, run.seconds: expected a number > 0.0, got -2.0"),
         ({"run.secs": 2.0}, r"the options, run: unknown key 'secs'; known keys: seconds"),
@@ -224,8 +224,8 @@ def test_dotted_names_change_single_settings() -> None:
         ({"run.seconds": None}, r"the options, run.seconds: expected a number, got nothing"),
     ],
 )
-def test_a_changed_setting_that_cannot_be_is_refused(values: dict[str, Any], says: str) -> None:
-    with pytest.raises(ServoError, match=says):
+def test_a_changed_setting_that_cannot_be_is_refused(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(ServoError, match=message):
         changed(TrialSettings(), values, "the options")
 
 

@@ -159,10 +159,10 @@ def test_gravity_does_not_move_an_arm_that_is_told_to_rest() -> None:
 def test_joints_keep_their_limits_whatever_is_commanded(driven: list[int]) -> None:
     world = make_world()
     joints, fastest = world.arm.joints, 0.0
-    before, told = world.arm.state(), np.zeros(10)
-    told[driven] = 50.0  # of joints whose links meet nothing on the way to their stops
+    before, velocities = world.arm.state(), np.zeros(10)
+    velocities[driven] = 50.0  # of joints whose links meet nothing on the way to their stops
     for _ in range(500):
-        world.arm.command(told)
+        world.arm.command(velocities)
         state = world.arm.state()
         change = np.abs(state.velocities - before.velocities) / world.arm.period_s
         assert (np.abs(state.velocities) <= joints.speed * 1.001).all()
@@ -229,7 +229,7 @@ def test_what_does_not_exist_is_refused_with_what_does(
 
 
 @pytest.mark.parametrize(
-    ("kind", "values", "says"),
+    ("kind", "values", "message"),
     [
         (PhysicsSettings, {"step_s": 1e-320}, r"step_s: .*>= 1e-05"),
         (PhysicsSettings, {"period_s": 0.003}, r"period is 0.003 s .* a multiple of the step"),
@@ -243,7 +243,7 @@ def test_what_does_not_exist_is_refused_with_what_does(
     ],
 )
 def test_settings_of_a_world_that_cannot_be_are_refused_when_they_are_made(
-    kind: type, values: dict[str, float], says: str
+    kind: type, values: dict[str, float], message: str
 ) -> None:
-    with pytest.raises(SimError, match=says):
+    with pytest.raises(SimError, match=message):
         kind(**values)

@@ -61,15 +61,15 @@ def test_an_arm_that_is_driven_into_the_floor_stops_within_its_joints_limits(
     speed: float, ideal: bool
 ) -> None:
     world = world_with(ideal=ideal)
-    told = downwards(world, speed)
-    force = driven(world, told, 0.7 / speed + 2.0)
+    velocities = downwards(world, speed)
+    force = driven(world, velocities, 0.7 / speed + 2.0)
     assert world.arm.state().stopped
     assert 0.0 < force < MOST_N
     assert within_stops(world)
     # It is still told to go on, and does nothing.
     assert np.abs(world._servos.velocities).max() < REST
     before = world._servos.positions
-    driven(world, told, 1.0)
+    driven(world, velocities, 1.0)
     assert np.abs(world._servos.positions - before).max() < REST
     assert world.contact_force < 0.1 * MOST_N  # it has yielded
 
@@ -117,8 +117,8 @@ def test_the_errors_of_a_laboratory_stop_no_arm(seed: int) -> None:
     world = world_with(ideal=False, seed=seed)
     random, speed = np.random.default_rng(seed), world.arm.joints.speed
     for _ in range(12):
-        told = 0.4 * speed * random.uniform(-1.0, 1.0, len(speed))
-        if driven(world, told, 0.2) > 0.0:
+        velocities = 0.4 * speed * random.uniform(-1.0, 1.0, len(speed))
+        if driven(world, velocities, 0.2) > 0.0:
             break  # it hit something
         # Its drives go on to learn what their model misses.
         assert not world._servos.protection.pushed

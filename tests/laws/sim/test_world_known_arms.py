@@ -51,8 +51,8 @@ def test_the_hand_of_such_an_arm_follows(tmp_path: Path, known: KnownArm) -> Non
     log = run.run(4.0)
     errors = log.hand_errors[log.times > 2.0]
     assert exact.lengths(errors[:, :3]).max() < 2e-3
-    told = set().union(*(row.tick.command.limiting for row in log.rows))
-    assert not told - ORDINARY
+    reasons = set().union(*(row.tick.command.limiting for row in log.rows))
+    assert not reasons - ORDINARY
 
 
 @pytest.mark.extended
@@ -69,10 +69,10 @@ def test_a_hand_in_a_world_keeps_its_limits_after_leaps(
         settings = arm.settings(written(tmp_path, "arm.urdf", arm.urdf))
     run = Run(path="sine:0.1@5s", lost_s=(3.0, 3.5), arm=settings, faults=leaps)
     log = run.run(6.5)
-    told = np.array([row.tick.command.twist for row in log.rows])
+    commanded = np.array([row.tick.command.twist for row in log.rows])
     states = [row.tick.state for row in log.rows]
     went = np.array([run.world.arm.jacobian(one.positions) @ one.velocities for one in states])
-    shares = hand_shares_of(told, went, run.world.arm.period_s)
+    shares = hand_shares_of(commanded, went, run.world.arm.period_s)
     assert max(shares.values()) <= 1.0, shares
     assert any(row.tick.command.holding for row in log.rows)
 

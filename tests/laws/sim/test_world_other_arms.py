@@ -236,8 +236,8 @@ def test_the_meshes_of_a_urdf_are_found_as_ros_would(tmp_path: Path, mesh: str) 
 
 def test_the_meshes_of_a_urdf_are_found_where_it_tells_mujoco_that_they_are(tmp_path: Path) -> None:
     path = Path(in_a_package(tmp_path, "arm.obj"))
-    told = '<mujoco><compiler meshdir="../meshes"/></mujoco></robot>'
-    path.write_text(path.read_text().replace("</robot>", told))
+    extension = '<mujoco><compiler meshdir="../meshes"/></mujoco></robot>'
+    path.write_text(path.read_text().replace("</robot>", extension))
     assert make_world(name=str(path), mount="wrist").arm.joints.names[:2] == ("lift", "turn")
 
 

@@ -41,8 +41,8 @@ def test_what_is_no_image_is_told_so(image: np.ndarray) -> None:
 def test_notices_name_cameras_and_say_each_fault_once() -> None:
     notices = ("camera left: the file is cut short",)
     instant = Instant(3, 0.1, (Pose.identity(),) * 2, (None, None), notices, ("left", "right"))
-    told = ["camera 0 delivered no image", "camera 1: it is black", "camera 1: it is black"]
-    assert instant.with_notices(told) == (*notices, "camera right: it is black")
+    added = ["camera 0 delivered no image", "camera 1: it is black", "camera 1: it is black"]
+    assert instant.with_notices(added) == (*notices, "camera right: it is black")
     assert instant.with_notices(["camera 1 delivered no image", "time jumps by 5 s"]) == (
         *notices,
         "camera right delivered no image",

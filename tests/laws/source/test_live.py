@@ -102,8 +102,10 @@ def test_images_of_slow_cameras_are_paired_although_every_seventh_is_lost() -> N
     found = slow_pair(lambda number: number % 7 == 6, 10.0)[1:]
     assert len(found) >= 48
     assert all(image is not None for one in found for image in one.images)
-    told = [notice for one in found for notice in one.notices]
-    assert told and all(notice.endswith("1 image is missing before this one") for notice in told)
+    notices = [notice for one in found for notice in one.notices]
+    assert notices and all(
+        notice.endswith("1 image is missing before this one") for notice in notices
+    )
     assert np.diff([one.time_s for one in found]).min() > 0.09
 
 
@@ -287,7 +289,7 @@ def test_the_rig_on_the_page_of_formats_can_be_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "says"),
+    ("old", "new", "message"),
     [
         ("device = 0\n", "", r"camera\[0\]: the key 'device' is missing"),
         ("device = 0", "images = 0", r"rig.toml, line 4, camera\[0\]: unknown key 'images'"),
@@ -297,11 +299,11 @@ def test_the_rig_on_the_page_of_formats_can_be_read(tmp_path: Path) -> None:
     ],
 )
 def test_a_rigs_file_that_cannot_be_is_refused(
-    tmp_path: Path, old: str, new: str, says: str
+    tmp_path: Path, old: str, new: str, message: str
 ) -> None:
     path = tmp_path / "rig.toml"
     path.write_text(RIG.replace(old, new, 1))
-    with pytest.raises(CaptureError, match=says):
+    with pytest.raises(CaptureError, match=message):
         read_rig(path)
 
 

@@ -77,8 +77,8 @@ def test_stamps_of_the_sender_that_jump_are_told_and_times_go_on(images: Path) -
         opened = open_live(parse_source(f"{address}/left?jump=1,-100"), Known(fov_deg=60.0))
         with opened.source as source:
             found = gather(source, 20.0, 120)
-    said = [notice for raw in found for notice in raw.notices if "clock went back" in notice]
-    assert len(said) == 1 and said[0].startswith("camera camera: its clock went back by ")
+    notices = [notice for raw in found for notice in raw.notices if "clock went back" in notice]
+    assert len(notices) == 1 and notices[0].startswith("camera camera: its clock went back by ")
     times_s = np.array([raw.time_s for raw in found])
     assert (np.diff(times_s) > 0.0).all()
 
@@ -89,8 +89,8 @@ def test_an_image_that_was_dropped_is_told(images: Path) -> None:
         opened = open_live(parse_source(f"{address}/left?drop=7"), Known(fov_deg=60.0))
         with opened.source as source:
             found = gather(source, 30.0, 60)
-    said = [notice for raw in found for notice in raw.notices]
-    assert "camera camera: 1 image is missing before this one" in said
+    notices = [notice for raw in found for notice in raw.notices]
+    assert "camera camera: 1 image is missing before this one" in notices
 
 
 def test_an_address_that_does_not_answer_is_refused_without_its_password() -> None:
@@ -129,7 +129,7 @@ def test_parts_are_read_however_a_sender_writes_them(body: bytes, boundary: str)
 
 
 @pytest.mark.parametrize(
-    ("body", "says"),
+    ("body", "message"),
     [
         (b"--b\r\nContent-Length: 99999\r\n\r\n" + JPEG, "the stream ended"),
         (b"--b\r\nContent-Length: 99999999999\r\n\r\n", "announces an image of 95367 MiB"),
@@ -138,8 +138,8 @@ def test_parts_are_read_however_a_sender_writes_them(body: bytes, boundary: str)
         (b"", "the stream ended"),
     ],
 )
-def test_a_stream_that_is_none_is_lost(body: bytes, says: str) -> None:
-    with pytest.raises(CaptureError, match=says):
+def test_a_stream_that_is_none_is_lost(body: bytes, message: str) -> None:
+    with pytest.raises(CaptureError, match=message):
         MjpegVideo(answer(body)).grab()  # type: ignore
 
 

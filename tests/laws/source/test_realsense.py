@@ -106,9 +106,9 @@ def test_images_are_paired_by_stamp_however_they_come(tmp_path: Path) -> None:
         assert place not in (4, 7)
         assert np.array_equal(one.images[0], made.left[place])
         assert np.array_equal(one.images[1], made.right[place])
-    said = [notice for one in found for notice in one.notices]
-    assert any(one.endswith("of left had no partner of the same moment") for one in said)
-    assert any(one.endswith("of right had no partner of the same moment") for one in said)
+    notices = [notice for one in found for notice in one.notices]
+    assert any(one.endswith("of left had no partner of the same moment") for one in notices)
+    assert any(one.endswith("of right had no partner of the same moment") for one in notices)
     assert sum(one.missing or 0 for one in found) >= 1
 
 
@@ -122,7 +122,8 @@ def test_an_emitter_that_switches_on_is_told_with_each_image_that_it_lights(
     found = played(path)
     assert len(found) > 9
     for one in found:
-        assert any("the emitter is on" in said for said in one.notices) == emitter[place_of(one)]
+        is_on = any("the emitter is on" in notice for notice in one.notices)
+        assert is_on == emitter[place_of(one)]
 
 
 @pytest.mark.extended
@@ -227,7 +228,7 @@ def test_an_exposure_that_adapts_is_locked_after_a_second_and_told_if_it_changes
     exposure[45:] = 4000
     camera = SoftwareCamera(shown(50, exposure_us=exposure), **options)
     video = opened(camera, Controls(), monkeypatch)
-    said = []
+    notices = []
     for number in range(50):
         assert camera.sensor.get_option(camera.library.option.enable_auto_exposure) == (number < 30)
         for name in ("left", "right"):
@@ -235,10 +236,10 @@ def test_an_exposure_that_adapts_is_locked_after_a_second_and_told_if_it_changes
         assert video.grab()
         _, data = video.retrieve()
         assert data is not None
-        said += [(number, notice) for notice in data.notices]
+        notices += [(number, notice) for notice in data.notices]
     video.release()
     assert camera.sensor.get_option(camera.library.option.exposure) == 7200.0
-    assert said == [(45, "its exposure (µs) changed from 7200 to 4000, though locked")]
+    assert notices == [(45, "its exposure (µs) changed from 7200 to 4000, though locked")]
 
 
 def test_an_emitter_that_is_switched_on_from_outside_is_switched_off_again(
@@ -247,16 +248,16 @@ def test_an_emitter_that_is_switched_on_from_outside_is_switched_off_again(
     camera = SoftwareCamera(shown(emitter=np.array([0, 1] + [0] * 10)), emitter_enabled=0.0)
     video = opened(camera, Controls(), monkeypatch)
     camera.sensor.set_option(camera.library.option.emitter_enabled, 1.0)
-    said = []
+    notices = []
     for number in range(3):
         for name in ("left", "right"):
             camera.show(name, number)
         assert video.grab()
         _, data = video.retrieve()
         assert data is not None
-        said.append(data.notices)
+        notices.append(data.notices)
     video.release()
-    assert [len(one) for one in said] == [0, 1, 0]
+    assert [len(one) for one in notices] == [0, 1, 0]
     assert camera.sensor.get_option(camera.library.option.emitter_enabled) == 0.0
 
 

@@ -43,17 +43,17 @@ def test_a_pair_of_a_rigs_file_says_itself_how_it_sees(
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "says"),
+    ("old", "new", "message"),
     [
         ("rig_from_left", "# rig_from_left", "pair 'head': rig_from_left is missing"),
         ("realsense:123", "0", "a pair with a calibration of its own is realsense:SERIAL"),
         ("[[1,0,0,0.5]", "[[2,0,0,0.5]", "pair 'head', rig_from_left"),
     ],
 )
-def test_a_pair_that_cannot_be_is_refused(tmp_path: Path, old: str, new: str, says: str) -> None:
+def test_a_pair_that_cannot_be_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = tmp_path / "rig.toml"
     path.write_text(PAIR.replace(old, new, 1))
-    with pytest.raises((CaptureError, PoseError), match=says):
+    with pytest.raises((CaptureError, PoseError), match=message):
         read_rig(path)
     path.write_text("version = 1\n")
     with pytest.raises(CaptureError, match=r"names no camera; write a \[\[camera\]\] table"):

@@ -64,17 +64,17 @@ def test_the_same_seed_gives_the_same_body_on_any_number_of_threads() -> None:
 
 
 def test_progress_comes_on_the_callers_thread_and_can_stop_the_work() -> None:
-    pair, heard = Pair(), list[Progress]()
+    pair, reports = Pair(), list[Progress]()
 
     def listen(progress: Progress) -> None:
         assert threading.current_thread() is threading.main_thread()
-        heard.append(progress)
+        reports.append(progress)
 
     images = pair.images()
     fit_paper_views(images, pair.cameras, pair.poses, (120, 150), settings=QUICK, progress=listen)
-    shares = [progress.share for progress in heard]
+    shares = [progress.share for progress in reports]
     assert shares == sorted(shares)
-    assert (heard[-1].count, heard[-1].share) == (1, 1.0)
+    assert (reports[-1].count, reports[-1].share) == (1, 1.0)
 
     def refuse(_: Progress) -> None:
         raise KeyError("enough")
@@ -95,7 +95,7 @@ def test_settings_keep_what_was_given_and_leave_the_rest_to_the_core() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ({"max_ellipsoids": 0}, "max_ellipsoids must be 1 to 64, but it is 0"),
         ({"delta": float("nan")}, "delta must be at least 0"),
@@ -107,8 +107,8 @@ def test_settings_keep_what_was_given_and_leave_the_rest_to_the_core() -> None:
         ({"alpha_m": float("inf")}, "alpha must be a positive number"),
     ],
 )
-def test_settings_out_of_their_ranges_are_refused(wrong: dict[str, float], said: str) -> None:
-    with pytest.raises(ModelError, match=said):
+def test_settings_out_of_their_ranges_are_refused(wrong: dict[str, float], message: str) -> None:
+    with pytest.raises(ModelError, match=message):
         fit_pair(Pair(), PaperSettings(**wrong))  # type: ignore[arg-type]
 
 

@@ -146,11 +146,11 @@ def test_where_it_is_not_located_the_angle_stays_and_is_made_up_for_after() -> N
 
 
 def test_the_plot_of_drift_has_one_entry_an_observation() -> None:
-    def say(place: int) -> dict[str, object]:
+    def values(place: int) -> dict[str, object]:
         known = {"evidence": {"drift_rad": 0.01 * place}} if place != 3 else {}
         return {**known, "covariance": np.diag([1.0] * 3 + [1e-4, 4e-4, 9e-4])}
 
-    turning = turning_of(track_of(spin(WHOLE), say), history_of(len(WHOLE)).world_from_camera)
+    turning = turning_of(track_of(spin(WHOLE), values), history_of(len(WHOLE)).world_from_camera)
     for values in (turning.turned, turning.away, turning.drift, turning.deviation):
         assert values.shape == (len(WHOLE),)
     assert np.flatnonzero(np.isnan(turning.drift)).tolist() == [3]
@@ -159,13 +159,13 @@ def test_the_plot_of_drift_has_one_entry_an_observation() -> None:
 
 
 def test_a_correction_is_marked_at_the_drift_that_was_told_last() -> None:
-    told = [0.0, 0.1, 0.5, np.nan, 0.2]
+    drifts = [0.0, 0.1, 0.5, np.nan, 0.2]
 
-    def say(place: int) -> dict[str, object]:
+    def values(place: int) -> dict[str, object]:
         lost = {"status": "lost"} if place == 2 else {}
-        return {**lost, "evidence": {"drift_rad": told[place]}}
+        return {**lost, "evidence": {"drift_rad": drifts[place]}}
 
-    turning = turning_of(track_of(spin(WHOLE[:5]), say), history_of(5).world_from_camera)
+    turning = turning_of(track_of(spin(WHOLE[:5]), values), history_of(5).world_from_camera)
     np.testing.assert_allclose(np.radians(drift_before(turning)), [0.0, 0.0, 0.1, 0.1, 0.1])
 
 
@@ -175,12 +175,12 @@ def test_a_covariance_that_is_open_has_no_deviation() -> None:
 
 
 def test_corrections_are_read_from_the_notices() -> None:
-    said = {
+    notices = {
         2: [f"{Cause.KNOWN_SIDE.value}: the turn is corrected by 12.5 degrees"],
         4: ["camera left: too dark", f"{Cause.ADJUSTED.value}: the turn is corrected by 0 degrees"],
         5: ["a known side is hidden: the turn is corrected by 3 degrees", "corrected by 4 degrees"],
     }
-    track = track_of(spin(WHOLE[:6]), lambda place: {"notices": said.get(place, [])})
+    track = track_of(spin(WHOLE[:6]), lambda place: {"notices": notices.get(place, [])})
     found = turning_of(track, history_of(6).world_from_camera).corrections
     assert [(one.place, one.cause) for one in found] == [(2, Cause.KNOWN_SIDE), (4, Cause.ADJUSTED)]
     assert [np.degrees(one.angle) for one in found] == pytest.approx([12.5, 0.0])

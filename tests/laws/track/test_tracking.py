@@ -73,7 +73,7 @@ def test_the_same_command_gives_the_same_bytes_on_any_number_of_threads(
 
 @pytest.mark.extended
 def test_a_body_that_evolves_stays_in_its_frame(alone: Alone, as_it_was: Alone) -> None:
-    assert "evolved" in alone.said and "evolved" not in as_it_was.said
+    assert "evolved" in alone.output and "evolved" not in as_it_was.output
     assert track_toy.beyond(evolved_figures(alone)) == []
 
 
@@ -105,8 +105,8 @@ def test_a_start_where_the_object_does_not_look_as_it_is_remembered_is_said(
     begins = pose_text(alone.points[0].world_from_object)
     for start, unlike in (("body", True), (begins, False)):
         options = ("--body", body, "--start", start, "--observations", ":2")
-        said = run_servoid(tmp_path, "track", alone.recording.folder, *options)
-        assert (words in " ".join(said.split())) == unlike
+        output = run_servoid(tmp_path, "track", alone.recording.folder, *options)
+        assert (words in " ".join(output.split())) == unlike
 
 
 def test_the_video_shows_every_observation(alone: Alone) -> None:
@@ -116,9 +116,9 @@ def test_the_video_shows_every_observation(alone: Alone) -> None:
 
 
 def test_the_summary_tells_what_the_files_hold(alone: Alone) -> None:
-    said = dict(re.findall(r"^  (\S.*?)  +(\S.*)$", alone.said, re.MULTILINE))
-    assert said["tracked"] == "100.0 % (40 of 40)"
-    assert said["evolved"].startswith("3 times")
-    assert re.fullmatch(r"\d+ .*", said["rate"])
-    paths = (said["poses"], said["body"], said["video"])
+    rows = dict(re.findall(r"^  (\S.*?)  +(\S.*)$", alone.output, re.MULTILINE))
+    assert rows["tracked"] == "100.0 % (40 of 40)"
+    assert rows["evolved"].startswith("3 times")
+    assert re.fullmatch(r"\d+ .*", rows["rate"])
+    paths = (rows["poses"], rows["body"], rows["video"])
     assert paths == ("poses.csv", "body.json", "o.mp4")

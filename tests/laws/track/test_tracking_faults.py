@@ -16,7 +16,7 @@ from servoid.sim.samples.drawing.convex import Floats
 STRIKES = 10
 LAST = 24
 FAULTS = faults(STRIKES)
-SAID = {
+NOTICES = {
     "both images dropped": "delivered no image",
     "right image dropped": "camera 1 delivered no image",
     "images repeated": "the image repeats the previous one",
@@ -85,7 +85,7 @@ def test_a_fault_is_said_and_no_wrong_pose_is_called_tracked(
 ) -> None:
     estimates = steps(alone, FAULTS[name](moments[:LAST]))
     struck = estimates[STRIKES - 1]
-    assert any(SAID[name] in notice for notice in struck.notices), struck.notices
+    assert any(NOTICES[name] in notice for notice in struck.notices), struck.notices
     assert all(not one.notices for one in estimates[: STRIKES - 1])
     assert (struck.status == "tracking") == (name not in BLIND)
     statuses = [one.status for one in estimates]
@@ -97,7 +97,7 @@ def test_a_fault_is_said_and_no_wrong_pose_is_called_tracked(
 
 
 def test_every_kind_of_fault_has_its_words() -> None:
-    assert set(SAID) == set(FAULTS)
+    assert set(NOTICES) == set(FAULTS)
 
 
 @pytest.mark.parametrize(

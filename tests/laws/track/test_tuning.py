@@ -21,8 +21,8 @@ def test_the_page_shows_what_the_code_says() -> None:
             (row["file"], row["constant"], row["value"], row["meaning"])
             for row in csv.DictReader(file, delimiter="\t")
         ]
-    said = [(one.file, one.name, one.value, one.meaning) for one in ALL]
-    assert shown == said, "run benches/trust/tuning.py"
+    expected = [(one.file, one.name, one.value, one.meaning) for one in ALL]
+    assert shown == expected, "run benches/trust/tuning.py"
 
 
 def test_a_meaning_is_missing_only_below_one_that_speaks_for_both() -> None:

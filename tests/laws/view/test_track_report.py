@@ -82,8 +82,8 @@ def reported(drawn_video: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
     save_body(folder / "cup.json", plain_body(OWN, count=2))
     with pytest.MonkeyPatch.context() as patch:
         put_fake_core(patch).answers = staticmethod(eventful)
-        said = run_servoid(folder, "track", drawn_video, *CUP, "--evolve", "--report", "report")
-    assert "report/report.html" in said
+        output = run_servoid(folder, "track", drawn_video, *CUP, "--evolve", "--report", "report")
+    assert "report/report.html" in output
     return folder / "report"
 
 
@@ -131,11 +131,11 @@ def test_the_figures_agree_with_the_poses_that_are_written(reported: Path) -> No
 
 
 def test_the_page_says_what_became_of_the_track(reported: Path) -> None:
-    said = "".join(Page((reported / "report.html").read_text(encoding="utf-8")).content["p"])
-    assert "Rough: it was tracked in 4 of 5 observations (80.0 %), and not at 0.20 s." in said
-    assert "It rotated by 23 degrees" in said
-    assert "corrected once by 2.5 degrees: a known side is seen again" in said
-    assert "drift was 2.3 degrees at most, and 2.3 at the end" in said
+    text = "".join(Page((reported / "report.html").read_text(encoding="utf-8")).content["p"])
+    assert "Rough: it was tracked in 4 of 5 observations (80.0 %), and not at 0.20 s." in text
+    assert "It rotated by 23 degrees" in text
+    assert "corrected once by 2.5 degrees: a known side is seen again" in text
+    assert "drift was 2.3 degrees at most, and 2.3 at the end" in text
 
 
 @pytest.mark.parametrize(
@@ -297,8 +297,8 @@ def test_a_state_tells_a_place_that_is_confirmed_from_one_that_is_not() -> None:
 
 
 def test_notices_that_differ_by_numbers_are_one_kind() -> None:
-    said = [["dark by 3"], ["late", "dark by 4.5"], [], ["dark by 5"]]
-    track = track_of([OWN] * 4, lambda place: {"notices": said[place]})
+    notices = [["dark by 3"], ["late", "dark by 4.5"], [], ["dark by 5"]]
+    track = track_of([OWN] * 4, lambda place: {"notices": notices[place]})
     assert notice_times(track) == {"dark by 3": pytest.approx([0.0, 0.1, 0.3]), "late": [0.1]}
 
 
@@ -335,9 +335,9 @@ def test_the_report_of_a_whole_turn_knows_how_far_it_was(turned_toy: Path) -> No
     assert turned_rad > 4.0 * np.pi
     assert summary["turned_rad"] == pytest.approx(turned_rad, rel=0.03)
     away = [np.linalg.norm((poses[0].inverse() @ pose).log()[3:]) for pose in poses]
-    told = [one["away_rad"] for one in summary["steps"] if one["state"] == "tracking"]
+    measured = [one["away_rad"] for one in summary["steps"] if one["state"] == "tracking"]
     true = [away[one["observation"]] for one in summary["steps"] if one["state"] == "tracking"]
-    assert np.degrees(np.abs(np.subtract(told, true)).max()) < 10.0
+    assert np.degrees(np.abs(np.subtract(measured, true)).max()) < 10.0
 
 
 @pytest.mark.extended

@@ -49,8 +49,8 @@ def test_a_bag_is_recorded_before_anything_is_known_of_its_camera(
     assert done.code == 0, done.err
     assert done.out.startswith("Wrote run.mcap: 6 observations\n")
     assert "the cameras are not calibrated" in flat(done.out)
-    told = Known(fov_deg=60.0)
-    bag, kept = (open_recorded(parse_source(word), told).capture for word in ("run.mcap", "run"))
+    known = Known(fov_deg=60.0)
+    bag, kept = (open_recorded(parse_source(word), known).capture for word in ("run.mcap", "run"))
     assert bag.times_s == kept.times_s
     for one, other in zip(bag.world_from_rig, kept.world_from_rig, strict=True):
         assert np.abs(one.matrix() - other.matrix()).max() < 1e-15
@@ -166,8 +166,8 @@ def test_a_camera_that_sits_turned_on_its_link_is_recorded_where_it_was(
         Path("run.mcap"), [tf(stamp(0), [link("rig", FRAMES[0], seat)], "/tf_static"), *moved]
     )
     assert servoid_command("record", "run.mcap", "--out", "run").code == 0
-    told = Known(fov_deg=60.0)
-    bag, kept = (open_recorded(parse_source(word), told).capture for word in ("run.mcap", "run"))
+    known = Known(fov_deg=60.0)
+    bag, kept = (open_recorded(parse_source(word), known).capture for word in ("run.mcap", "run"))
     for one, other in zip(bag.observations(), kept.observations(), strict=True):
         off = poses_of(bag, one)[0].inverse() @ poses_of(kept, other)[0]
         assert np.linalg.norm(off.log()) < 1e-12

@@ -12,8 +12,8 @@ def test_an_interrupted_batch_exits_and_says_what_is_kept(
         show(BatchProgress(done=3, failed=1, total=7, recalled=2, seconds_left=9.0))
         raise KeyboardInterrupt
     assert stopped.value.exit_code == INTERRUPTED
-    said = capsys.readouterr().err
-    assert said == (
+    output = capsys.readouterr().err
+    assert output == (
         "interrupted: 3 of 7 trials are done and kept; rerun the same command to resume\n"
     )
 

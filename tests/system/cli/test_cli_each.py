@@ -67,7 +67,7 @@ def test_a_capture_that_was_modelled_is_modelled_again_only_if_it_changed(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (("model", "{}/empty", "--each", "--out", "{}/out"), "no folder in"),
         (("model", "{}/nowhere", "--each", "--out", "{}/out"), "there is no folder"),
@@ -80,9 +80,9 @@ def test_a_capture_that_was_modelled_is_modelled_again_only_if_it_changed(
     ],
 )
 def test_what_cannot_be_is_told_in_a_line(
-    captures: Path, arguments: tuple[str, ...], says: str, servoid_command: Command
+    captures: Path, arguments: tuple[str, ...], message: str, servoid_command: Command
 ) -> None:
     ran = servoid_command(*(part.format(captures) for part in arguments))
     assert ran.code in (1, 2)
-    assert says in " ".join(ran.err.replace("│", " ").split())
+    assert message in " ".join(ran.err.replace("│", " ").split())
     assert "Traceback" not in ran.err

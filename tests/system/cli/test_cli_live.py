@@ -95,10 +95,10 @@ def test_the_topic_of_a_bag_is_chosen_for_its_recording(
     pytest.importorskip("rosbags", reason="the library that writes bags is not installed")
     with served(tiny_images(tmp_path / "served")) as address:
         halves, bag = f"side-by-side:{address}/eye", tmp_path / "run.mcap"
-        told = ("--fov", "60", "--baseline", "0.1", "--count", "3")
-        done = servoid_command("record", halves, *told, "--out", bag)
+        given = ("--fov", "60", "--baseline", "0.1", "--count", "3")
+        done = servoid_command("record", halves, *given, "--out", bag)
         wrong = servoid_command(
-            "record", halves, *told, "--topic", "/left", "--out", tmp_path / "x"
+            "record", halves, *given, "--topic", "/left", "--out", tmp_path / "x"
         )
     assert done.code == 0, done.err
     assert wrong.code == 2 and "--topic applies to a bag only" in wrong.err
@@ -130,14 +130,14 @@ def test_what_a_camera_sends_is_recorded_in_a_bag(tmp_path: Path, servoid_comman
 
 
 def test_sources_lists_what_there_is_within_eighty_columns(servoid_command: Command) -> None:
-    said = servoid_command("sources").out
+    output = servoid_command("sources").out
     for word in ("Recorded", "Live", "side-by-side:", "realsense:", "genicam:", "sim:", "RIG.toml"):
-        assert word in said
-    assert max(map(len, said.splitlines())) <= 80
+        assert word in output
+    assert max(map(len, output.splitlines())) <= 80
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "says"),
+    ("arguments", "code", "message"),
     [
         (("track", "0", "--every", "2"), 2, "0 is live, .*; leave --every out"),
         (("track", "FILM", "--duration", "3"), 2, "is recorded, so --duration does not apply"),
@@ -162,7 +162,7 @@ def test_what_means_nothing_for_a_source_is_refused(
     monkeypatch: pytest.MonkeyPatch,
     arguments: tuple[str, ...],
     code: int,
-    says: str,
+    message: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     film = cv2.VideoWriter("film.avi", cv2.VideoWriter.fourcc(*"MJPG"), 30.0, (64, 48))
@@ -170,7 +170,7 @@ def test_what_means_nothing_for_a_source_is_refused(
     film.release()
     done = servoid_command(*(one.replace("FILM", "film.avi") for one in arguments))
     assert done.code == code, done.err
-    assert re.search(says, done.err), done.err
+    assert re.search(message, done.err), done.err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["film.avi"]
 
 
@@ -180,12 +180,12 @@ def test_a_live_run_and_its_recording_have_the_same_poses(alone: Alone, tmp_path
     with served(alone.recording.folder, rate_hz=15.0) as address:
         rig = write_rig(tmp_path / "rig.toml", address)
         options = ("--body", body, "--duration", 4, "--record", "run", "--video", "live.mp4")
-        said = run_servoid(tmp_path, "track", rig, *options, "--out", "live.csv")
+        output = run_servoid(tmp_path, "track", rig, *options, "--out", "live.csv")
     run_servoid(tmp_path, "track", "run", "--body", body, "--out", "again.csv")
     live = poses(tmp_path / "live.csv")
     assert len(live) > 5
     assert live == poses(tmp_path / "again.csv")
-    assert "recording    run" in said and "time 0" in said
+    assert "recording    run" in output and "time 0" in output
     video = cv2.VideoCapture(str(tmp_path / "live.mp4"))
     seconds = float(live[-1][0]) - float(live[1][0])
     assert video.get(cv2.CAP_PROP_FRAME_COUNT) / 30.0 == pytest.approx(seconds, abs=0.5)
@@ -205,9 +205,9 @@ def test_a_server_that_dies_is_told_and_the_object_tracked_again(
     with served(alone.recording.folder, int(address.rpartition(":")[2]), 10.0):
         time.sleep(5.0)
         tracking.send_signal(signal.SIGTERM)
-        said, _ = tracking.communicate(timeout=60.0)
+        output, _ = tracking.communicate(timeout=60.0)
     assert tracking.returncode == (143 if os.name == "posix" else 1)
-    assert "poses        live.csv" in said
+    assert "poses        live.csv" in output
     with (tmp_path / "live.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     # An eye may have lost the last image of the pair, which is told before.

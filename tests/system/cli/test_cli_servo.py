@@ -60,7 +60,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Outcome]:
     return folder, servo_apart(folder, "--config", "small.toml", "--out", "new/run")
 
 
-def said(outcome: Outcome) -> dict[str, str]:
+def rows_of(outcome: Outcome) -> dict[str, str]:
     return dict(re.findall(r"^  (\S.*?)  +(\S.*)$", outcome.out, re.MULTILINE))
 
 
@@ -81,7 +81,7 @@ def test_the_summary_says_how_well_the_hand_followed_in_eighty_columns(
     _, outcome = ran
     assert outcome.err == ""
     assert outcome.out.startswith("Servoed pa10 to painted_ellipsoid, sine:0.05@4s\n")
-    rows = said(outcome)
+    rows = rows_of(outcome)
     error = r"\d+\.\d\d mm RMS, \d+\.\d\d mm at 95 %, \d+\.\d\d degrees RMS"
     assert re.fullmatch(f"{error}, after 0.5 s", rows["repeatability"])
     assert re.fullmatch(f"{error}; mean.*", rows["accuracy"])
@@ -96,7 +96,7 @@ def test_the_files_of_a_run_say_the_same(ran: tuple[Path, Outcome]) -> None:
     figures = json.loads((folder / "new" / "run" / "summary.json").read_text())
     for kind in ("repeatability", "accuracy"):
         in_mm = f"{1e3 * figures[kind]['position_rms']:.2f} mm RMS"
-        assert said(outcome)[kind].startswith(in_mm)
+        assert rows_of(outcome)[kind].startswith(in_mm)
     rows = log_rows(folder / "new" / "run" / "log.csv")
     assert sum(row["status"] == "tracking" for row in rows) == figures["observations"]
     assert {word for row in rows for word in row["holding"].split()} <= {
@@ -133,9 +133,9 @@ def check_recording(folder: Path) -> None:
         found.setdefault(one.channel.topic, []).append(one.ros_msg)
     joints = found["/joint_states"]
     assert len(joints) == len(rows)
-    for told, row in zip(joints, rows, strict=True):
-        expected = [float(row[f"q_{name}"]) for name in told.name]
-        assert list(told.position) == pytest.approx(expected, abs=1e-8)
+    for message, row in zip(joints, rows, strict=True):
+        expected = [float(row[f"q_{name}"]) for name in message.name]
+        assert list(message.position) == pytest.approx(expected, abs=1e-8)
     tracked = sum(row["status"] == "tracking" for row in rows)
     assert len(found["/object/pose"]) == tracked > 0
     assert len(found["/left/image_raw"]) >= len([row for row in rows if row["status"]])
@@ -166,7 +166,7 @@ def test_printed_settings_read_back_and_options_come_on_top(
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ("--object cup", r"error: .*'cup'.*bottle, .*mug"),
         ("--path zigzag:3", r"error: .*'zigzag:3'.*still; line:"),
@@ -190,7 +190,7 @@ def test_printed_settings_read_back_and_options_come_on_top(
 )
 def test_a_run_that_cannot_be_fails_with_one_clear_line(
     options: str,
-    says: str,
+    message: str,
     servoid_command: Command,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -203,7 +203,7 @@ def test_a_run_that_cannot_be_fails_with_one_clear_line(
     of_files = ("--path recorded", "--world none", "--config", "--start-offset", "--target box:")
     code = 1 if options.startswith(of_files) else 2
     assert (outcome.code, outcome.out) == (code, "")
-    assert re.match(says, outcome.err), outcome.err
+    assert re.match(message, outcome.err), outcome.err
     assert outcome.err.count("\n") == 1
 
 
@@ -224,7 +224,7 @@ def test_a_click_that_may_mean_several_objects_is_shown(
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("options", "message"),
     [
         ("", "give one, such as --out out/run"),
         ("--out run --looks 0", "servo.look.count: expected a whole number >= 1, got 0"),
@@ -234,7 +234,7 @@ def test_a_click_that_may_mean_several_objects_is_shown(
 )
 def test_wrong_usage_is_told_apart_from_failure(
     options: str,
-    says: str,
+    message: str,
     servoid_command: Command,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -242,7 +242,7 @@ def test_wrong_usage_is_told_apart_from_failure(
     monkeypatch.chdir(tmp_path)
     outcome = servoid_command("servo", *options.split())
     assert (outcome.code, outcome.out) == (2, "")
-    assert says in " ".join(outcome.err.replace("│", " ").split())
+    assert message in " ".join(outcome.err.replace("│", " ").split())
     assert not list(tmp_path.iterdir())
 
 
@@ -282,7 +282,7 @@ def test_what_was_done_until_an_interrupt_is_written(
     assert outcome.code == 130
     for kind in ("repeatability", "accuracy"):
         text = "not known: the run ended within the settling time of 3 s"
-        assert said(outcome)[kind].startswith(text)
+        assert rows_of(outcome)[kind].startswith(text)
     assert "nan" not in outcome.out
     rows = log_rows(out / "log.csv")
     assert 40 < len(rows) < 90

@@ -55,12 +55,12 @@ def test_a_body_is_tracked_into_a_file_and_a_summary(
     assert [point.status == "lost" for point in points] == [False, False, True, True, False]
     assert [point.time_s for point in points] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
     assert points[0].world_from_object.translation == pytest.approx(OWN.translation)
-    said = rows(outcome)
+    summary = rows(outcome)
     assert outcome.out.startswith("Tracked video: 5 observations, 2 cameras\n")
-    assert said["tracked"] == "60.0 % (3 of 5)"
-    assert said["not tracked"] == "0.20 to 0.30 s"
-    assert said["of these"].startswith("prepare 1.00, search 1.00")
-    assert said["poses"] == "poses.csv"
+    assert summary["tracked"] == "60.0 % (3 of 5)"
+    assert summary["not tracked"] == "0.20 to 0.30 s"
+    assert summary["of these"].startswith("prepare 1.00, search 1.00")
+    assert summary["poses"] == "poses.csv"
 
 
 @pytest.mark.usefixtures("folder")

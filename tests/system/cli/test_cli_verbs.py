@@ -64,8 +64,8 @@ def test_track_follows_that_body_into_a_file_and_a_video(
 
 
 def test_export_writes_that_body_for_others(folder: Path, body: Path) -> None:
-    said = run_apart(folder, "export", body, "--out", "body.urdf")
-    assert said.startswith("Wrote body.urdf")
+    output = run_apart(folder, "export", body, "--out", "body.urdf")
+    assert output.startswith("Wrote body.urdf")
     assert "<robot" in (folder / "body.urdf").read_text()
 
 

@@ -116,9 +116,9 @@ def test_every_option_of_servo_that_is_a_setting_is_held_here() -> None:
 def test_what_a_study_prints_is_what_its_settings_declare(
     name: str, servoid_command: Command
 ) -> None:
-    said = servoid_command("study", name, "--print-config").out
+    printed = servoid_command("study", name, "--print-config").out
     settings = study_named(name).settings
-    assert msgspec.toml.decode(said, type=settings) == settings()
+    assert msgspec.toml.decode(printed, type=settings) == settings()
 
 
 def test_model_track_sample_and_export_show_the_defaults_of_python() -> None:
@@ -180,7 +180,7 @@ def test_words_and_ranges_of_options_are_those_of_python(servoid_command: Comman
     assert {one.value for one in values.Size} == set(SIZES_PX)
     detail = next(one for one in COMMANDS["export"].params if one.name == "detail")
     assert f"N from 0 to {MOST_DETAIL}" in detail.help
-    for options, says in (
+    for options, message in (
         (("model", "x", "--out", "y.json", "--max-ellipsoids", "0"), "must be 1 to 64"),
         (("track", "x", "--population", "0"), "must be 8 to 4096"),
         (("track", "x", "--generations", str(2**33)), "must be 1 to 1000"),
@@ -191,4 +191,4 @@ def test_words_and_ranges_of_options_are_those_of_python(servoid_command: Comman
     ):
         outcome = servoid_command(*options)
         assert outcome.code == 2
-        assert says in " ".join(outcome.err.replace("│", "").split())
+        assert message in " ".join(outcome.err.replace("│", "").split())

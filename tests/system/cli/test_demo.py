@@ -55,11 +55,11 @@ def test_what_is_missing_is_named_and_the_rest_goes_on(
     assert ran.code == 0
     assert [one.split()[0] for one in typed] == ["sample", "model", "sample", "track"]
     assert "--report" not in typed[1]
-    said = " ".join(ran.out.split())
-    assert "Left out: mujoco, daqp, matplotlib are not installed" in said
-    assert "pip install 'servoid[sim,servo,view]'" in said
-    assert "pip install 'servoid[servo,sim,view]', and again: servoid demo --out" in said
-    assert f"{tmp_path}/body.json" in said and "report.html" not in said
+    output = " ".join(ran.out.split())
+    assert "Left out: mujoco, daqp, matplotlib are not installed" in output
+    assert "pip install 'servoid[sim,servo,view]'" in output
+    assert "pip install 'servoid[servo,sim,view]', and again: servoid demo --out" in output
+    assert f"{tmp_path}/body.json" in output and "report.html" not in output
 
 
 def test_a_part_that_fails_ends_the_demo_with_its_own_words(

@@ -37,11 +37,11 @@ def backend_asked(name: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def rows(said: str) -> dict[str, str]:
+def rows(text: str) -> dict[str, str]:
     """Return what stands behind each label, on one line."""
     found: dict[str, str] = {}
     label = ""
-    for line in said.splitlines():
+    for line in text.splitlines():
         label = line[:15].strip() or label
         found[label] = f"{found.get(label, '')} {line[15:].strip()}".strip()
     return found
@@ -51,15 +51,15 @@ def test_it_says_what_servoid_runs_on_in_eighty_columns(servoid_command: Command
     ran = servoid_command("doctor", "--no-test")
     assert (ran.code, ran.err) == (0, "")
     assert max(len(line) for line in ran.out.splitlines()) <= 80
-    said = rows(ran.out)
-    assert said["servoid"] == _native.__version__
-    assert said["python"].startswith(platform.python_version())
-    assert str(os.cpu_count()) in said["cores"]
-    assert said["backend"].startswith(_native.backend())
-    assert all(name in said["backend"] for name in _native.backends())
-    assert {"numpy", "typer", "rich"} <= set(said["needed"].split())
-    assert "missing" not in said["needed"]
-    assert {"[sim]", "[servo]", "[view]", "[batch]", "[cluster]"} <= set(said)
+    found = rows(ran.out)
+    assert found["servoid"] == _native.__version__
+    assert found["python"].startswith(platform.python_version())
+    assert str(os.cpu_count()) in found["cores"]
+    assert found["backend"].startswith(_native.backend())
+    assert all(name in found["backend"] for name in _native.backends())
+    assert {"numpy", "typer", "rich"} <= set(found["needed"].split())
+    assert "missing" not in found["needed"]
+    assert {"[sim]", "[servo]", "[view]", "[batch]", "[cluster]"} <= set(found)
 
 
 def test_a_library_that_is_not_there_is_missing_and_what_brings_it_is_said(
@@ -69,9 +69,9 @@ def test_a_library_that_is_not_there_is_missing_and_what_brings_it_is_said(
     monkeypatch.setattr(
         installed, "installed_version", lambda name: None if name == "pyopengl" else version(name)
     )
-    said = rows(servoid_command("doctor", "--no-test").out)
-    assert said["[gl]"] == "pyopengl missing; install with: pip install 'servoid[gl]'"
-    assert "missing" not in said["needed"]
+    found = rows(servoid_command("doctor", "--no-test").out)
+    assert found["[gl]"] == "pyopengl missing; install with: pip install 'servoid[gl]'"
+    assert "missing" not in found["needed"]
 
 
 @pytest.mark.parametrize(
@@ -127,14 +127,14 @@ def test_the_self_test_stands_beside_what_is_expected_of_it(
     monkeypatch.setattr(doctor, "run_self_test", lambda: RIGHT)
     monkeypatch.setattr(checkup, "_TRY_GL", "raise OSError('Error: no display')")
     ran = servoid_command("doctor")
-    said = rows(ran.out)
+    found = rows(ran.out)
     assert ran.code == 0
     assert max(len(line) for line in ran.out.splitlines()) <= 80
-    assert "0.90 mm off, expected 1.5 or less" in said["tracked"]
-    assert said["speed"].startswith("4.0 ms per observation, 33 keep up with 30 Hz; ")
-    assert "all that servoid needs is there and works" in said["verdict"]
-    if "missing" not in said["renderers"]:
-        assert "does not start: Error: no display" in said["renderers"]
+    assert "0.90 mm off, expected 1.5 or less" in found["tracked"]
+    assert found["speed"].startswith("4.0 ms per observation, 33 keep up with 30 Hz; ")
+    assert "all that servoid needs is there and works" in found["verdict"]
+    if "missing" not in found["renderers"]:
+        assert "does not start: Error: no display" in found["renderers"]
 
 
 @pytest.mark.parametrize(
@@ -165,13 +165,13 @@ def test_programs_get_the_same_as_json(
 ) -> None:
     monkeypatch.setattr(doctor, "run_self_test", lambda: RIGHT)
     monkeypatch.setattr(checkup, "_TRY_GL", "")
-    said = json.loads(servoid_command("doctor", "--json").out)
-    assert said["servoid"] == _native.__version__
-    assert said["back_end"] in said["back_ends"]
-    assert said["libraries"]["needed"]["numpy"]
-    assert said["self_test"]["error_m"] == RIGHT.error_m
-    assert said["self_test"]["is_right"] and said["self_test"]["keeps_up"]
-    assert said["problems"] == []
+    report = json.loads(servoid_command("doctor", "--json").out)
+    assert report["servoid"] == _native.__version__
+    assert report["back_end"] in report["back_ends"]
+    assert report["libraries"]["needed"]["numpy"]
+    assert report["self_test"]["error_m"] == RIGHT.error_m
+    assert report["self_test"]["is_right"] and report["self_test"]["keeps_up"]
+    assert report["problems"] == []
     assert json.loads(servoid_command("doctor", "--json", "--no-test").out)["self_test"] is None
 
 

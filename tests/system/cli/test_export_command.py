@@ -35,10 +35,10 @@ def test_every_format_is_written_by_its_name(
     cm3 = 1e6 * FILE.body().mass_properties()[0]
     assert (done.code, done.err) == (0, "")
     assert done.out.startswith(f"Wrote {out}")
-    said = re.search(r"\((\w+)\): 3 ellipsoids, ([\d.]+) cm³, ([\d.]+) kg\n$", done.out)
-    assert said
-    assert said[1] == name
-    assert (float(said[2]), float(said[3])) == pytest.approx((cm3, 500e-6 * cm3), rel=1e-3)
+    match = re.search(r"\((\w+)\): 3 ellipsoids, ([\d.]+) cm³, ([\d.]+) kg\n$", done.out)
+    assert match
+    assert match[1] == name
+    assert (float(match[2]), float(match[3])) == pytest.approx((cm3, 500e-6 * cm3), rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,9 @@ def make(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
 
 
-def program(path: Path, says: str, code: int) -> str:
+def program(path: Path, version: str, code: int) -> str:
     """Write a program that answers `--version` and ends so otherwise."""
-    path.write_text(f'#!/bin/sh\n[ "$1" = --version ] && echo "{says}" && exit 0\nexit {code}\n')
+    path.write_text(f'#!/bin/sh\n[ "$1" = --version ] && echo "{version}" && exit 0\nexit {code}\n')
     path.chmod(0o755)
     return str(path)
 
@@ -28,8 +28,8 @@ def program(path: Path, says: str, code: int) -> str:
 def test_all_that_is_missing_is_told_at_once() -> None:
     ran = make("prerequisites", "PYTHON=no-such-python", "CARGO=no-such-cargo")
     assert ran.returncode != 0
-    said = [line for line in ran.stderr.splitlines() if not line.startswith("make")]
-    assert [line.split(":")[0] for line in said[:2]] == ["Python is missing", "Rust is missing"]
+    lines = [line for line in ran.stderr.splitlines() if not line.startswith("make")]
+    assert [line.split(":")[0] for line in lines[:2]] == ["Python is missing", "Rust is missing"]
 
 
 def test_what_is_too_old_is_told_with_what_is_needed(tmp_path: Path) -> None:

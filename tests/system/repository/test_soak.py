@@ -28,13 +28,13 @@ def test_memory_that_grows_is_found(grows_mib: float, status: int) -> None:
 
 
 def estimate(place: float, **other: object) -> SimpleNamespace:
-    told = {"status": "tracking", "confidence": 0.9, "covariance": np.eye(6), "notices": ["a"]}
+    usual = {"status": "tracking", "confidence": 0.9, "covariance": np.eye(6), "notices": ["a"]}
     pose = Pose.from_parts((place, 0.0, 0.5), (1.0, 0.0, 0.0, 0.0))
-    return SimpleNamespace(**(told | {"world_from_object": pose} | other))
+    return SimpleNamespace(**(usual | {"world_from_object": pose} | other))
 
 
 @pytest.mark.parametrize(
-    ("said", "dark", "words"),
+    ("estimates", "dark", "words"),
     [
         ([estimate(0.0), estimate(0.0)], False, []),
         ([estimate(0.1), estimate(0.0), estimate(0.1)], False, []),
@@ -46,11 +46,11 @@ def estimate(place: float, **other: object) -> SimpleNamespace:
     ],
 )
 def test_what_is_wrong_and_trusted_or_insane_is_found(
-    said: list[SimpleNamespace], dark: bool, words: list[str]
+    estimates: list[SimpleNamespace], dark: bool, words: list[str]
 ) -> None:
     health, truth = Health(), Pose.from_parts((0.0, 0.0, 0.5), (1.0, 0.0, 0.0, 0.0))
     judge = tracking._Judge(health, np.zeros((3, 3)), Pose.identity())
-    for one in said:
+    for one in estimates:
         judge.see(one, truth, "none", dark)
     judge.end()
     assert len(health.faults) == len(words)

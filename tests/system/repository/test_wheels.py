@@ -121,14 +121,14 @@ def test_all_that_a_build_lacks_is_told_at_once(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(build, "find_spec", {}.get)
     monkeypatch.setattr(build, "_output_of", lambda *_: "")
     monkeypatch.setattr(build.shutil, "which", lambda name: name)
-    told = build.missing(build.MACHINES)
-    assert [line.split(" is missing")[0] for line in told] == [
+    problems = build.missing(build.MACHINES)
+    assert [line.split(" is missing")[0] for line in problems] == [
         "maturin",
         "ziglang",
         "Rust's standard library for x86_64",
         "Rust's standard library for aarch64",
     ]
-    assert told[-1].endswith("rustup target add aarch64-unknown-linux-gnu")
+    assert problems[-1].endswith("rustup target add aarch64-unknown-linux-gnu")
 
 
 def test_flags_of_the_builder_do_not_get_into_the_wheel(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -148,8 +148,8 @@ def test_the_library_of_another_machine_is_found() -> None:
         pytest.skip("the native module is no library of Linux here")
     data = library.read_bytes()
     found = [list(library_problems(data, machine)) for machine in ("x86_64", "aarch64")]
-    told = [[line for line in lines if "the native module is for" in line] for lines in found]
-    assert sorted(map(len, told)) == [0, 1]
+    places = [[line for line in lines if "the native module is for" in line] for lines in found]
+    assert sorted(map(len, places)) == [0, 1]
 
 
 @pytest.mark.extended

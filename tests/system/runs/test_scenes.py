@@ -123,10 +123,10 @@ def test_a_figure_beyond_its_bound_is_told_with_what_is_known_of_it(
     one = Scene("a scene", run, {"error": "mm"}, {"lag": "deg"}, lambda _: False)
     assert one.broken(0) == []
     assert bound(*KEY) == 3.0
-    told = "error is 3.5 mm, which must be at most 3; the worst of 20 seeds was 2"
-    assert one.broken(1) == [told, told.replace("error is 3.5 mm", "lag is 3.5 deg")
+    broken = "error is 3.5 mm, which must be at most 3; the worst of 20 seeds was 2"
+    assert one.broken(1) == [broken, broken.replace("error is 3.5 mm", "lag is 3.5 deg")
                              .replace("most 3", "least 4").replace("was 2", "was 6")]  # fmt: skip
-    assert one.broken(1, "error") == [told]
+    assert one.broken(1, "error") == [broken]
     assert one.beyond({"error": math.nan}) != []
     with pytest.raises(KeyError):
         one.beyond({"other": 1.0})

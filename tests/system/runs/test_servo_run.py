@@ -11,11 +11,11 @@ from scenes_servo import (
     followed_figures,
     lag_figures,
     lost_images,
-    met_figures,
     servo_followed,
     servo_from_afar,
     servo_lagging,
     servo_one_look,
+    trial_figures,
 )
 from servo_trials import logged, small_trial
 
@@ -37,7 +37,7 @@ def followed(tmp_path_factory: pytest.TempPathFactory, steps: list[TrialStep]) -
 
 
 def test_the_object_is_modelled_where_it_is_and_as_it_looks(followed: ServoTrial) -> None:
-    assert servo_followed.beyond(met_figures(followed)) == []
+    assert servo_followed.beyond(trial_figures(followed)) == []
 
 
 def test_the_object_is_never_lost(followed: ServoTrial) -> None:

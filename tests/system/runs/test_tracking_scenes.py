@@ -79,8 +79,8 @@ def test_a_body_from_a_file_evolves_if_it_is_told_to(alone: Alone, tmp_path: Pat
     options = (*known(alone, alone.recording), "--save-body", "new.json")
     run_servoid(tmp_path, "track", alone.recording.folder, *options)
     kept = (tmp_path / "new.json").read_text()
-    said = run_servoid(tmp_path, "track", alone.recording.folder, *options, "--evolve")
-    assert "  evolved " in said
+    output = run_servoid(tmp_path, "track", alone.recording.folder, *options, "--evolve")
+    assert "  evolved " in output
     points = read_trajectory(tmp_path / "poses.csv")
     errors = alone.recording.errors(points)
     assert evolving.beyond(track_figures(points, errors)) == []
@@ -162,6 +162,6 @@ def pair(recording: Recorded, tmp_path_factory: pytest.TempPathFactory) -> Toys:
 def test_two_objects_in_one_capture_are_both_followed(
     alone: Alone, pair: Toys, tmp_path: Path
 ) -> None:
-    said = track_pair(alone, pair, tmp_path, "--video", "both.mp4")
-    assert [line for line in said.splitlines() if line in (" a", " b")] == [" a", " b"]
+    output = track_pair(alone, pair, tmp_path, "--video", "both.mp4")
+    assert [line for line in output.splitlines() if line in (" a", " b")] == [" a", " b"]
     assert two_toys.beyond(pair_figures(pair, tmp_path)) == []

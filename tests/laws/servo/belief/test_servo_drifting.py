@@ -71,7 +71,7 @@ def followed(
     """
     places = path or still(WORLD_FROM_OBJECT)
 
-    def told(instant: Instant, estimate: FakeEstimate) -> Seen:
+    def spoiled(instant: Instant, estimate: FakeEstimate) -> Seen:
         if hidden[0] <= instant.time_s < hidden[1]:
             return None, None
         pose = shifted_and_turned(places(estimate.time_s), turned(seen(estimate.time_s)))
@@ -85,7 +85,7 @@ def followed(
     def truth(time_s: float) -> Pose:
         return shifted_and_turned(places(time_s), turned(true(time_s)))
 
-    loop = Loop(truth, spoil=told)
+    loop = Loop(truth, spoil=spoiled)
     return loop, loop.run(seconds)
 
 

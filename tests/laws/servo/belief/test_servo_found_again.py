@@ -97,10 +97,13 @@ def test_turns_that_are_all_open_are_after_a_gap_what_they_were() -> None:
 def test_a_hand_on_its_way_to_its_goal_says_so_until_it_is_there() -> None:
     offset = np.array([0.15, -0.1, 0.1, 0.0, 0.0, 0.0])
     ticks = [tick for tick in Loop(still(goal_at(offset))).run(5.0) if not tick.command.holding]
-    errors, told = position_errors(ticks), [Reason.AWAY in one.command.limiting for one in ticks]
+    errors, reported = (
+        position_errors(ticks),
+        [Reason.AWAY in one.command.limiting for one in ticks],
+    )
     away = SafetySettings().away
     assert errors[0] > 0.2 and errors[-1] < 1e-3
-    np.testing.assert_array_equal(told, errors > away)
+    np.testing.assert_array_equal(reported, errors > away)
 
 
 def lost(instant: Instant, estimate: FakeEstimate) -> Seen:
@@ -122,9 +125,9 @@ def between(fault: Fault, first_s: float, last_s: float) -> Fault:
 def test_a_target_that_is_not_seen_is_told_before_it_holds_the_hand() -> None:
     late_s = 0.1  # until its images have come
     ticks = Loop(to_and_fro(10), spoil=between(lost, FIRST_S, FIRST_S + 0.1)).run(5.0)
-    told = [tick.time_s for tick in ticks if Reason.UNSEEN in tick.command.limiting]
-    assert FIRST_S < told[0] < FIRST_S + late_s
-    assert FIRST_S + 0.1 < told[-1] < FIRST_S + 0.1 + late_s
+    reported = [tick.time_s for tick in ticks if Reason.UNSEEN in tick.command.limiting]
+    assert FIRST_S < reported[0] < FIRST_S + late_s
+    assert FIRST_S + 0.1 < reported[-1] < FIRST_S + 0.1 + late_s
     assert not any(tick.command.holding for tick in ticks if tick.time_s > FIRST_S - 1.0)
 
 
@@ -139,10 +142,10 @@ def test_the_hand_is_never_far_off_a_target_that_leapt_without_a_word(hidden_s: 
     ticks = Loop(path, spoil=between(lost, FIRST_S, FIRST_S + hidden_s)).run(8.0)
     late = [tick for tick in ticks if tick.time_s > FIRST_S + 0.1]
     commands = [tick.command for tick in late]
-    said = np.array([bool(one.holding or one.limiting - ORDINARY) for one in commands])
+    reported = np.array([bool(one.holding or one.limiting - ORDINARY) for one in commands])
     off = position_errors(late)
     assert off.max() > 0.2 and off[-1] < 0.01
-    assert not (~said & (off > 0.03)).any()
+    assert not (~reported & (off > 0.03)).any()
 
 
 def test_a_leap_that_one_estimate_told_before_a_gap_is_believed_right_after_it() -> None:

@@ -22,15 +22,17 @@ def lasting() -> tuple[float, float]:
 
 def manner(unit: float = 1.0, tick: float = 1.0, *swings: Swinging) -> Manner:
     """Return how an object shifts, in other units of space and time if asked for."""
-    told = TargetSettings()
+    target_settings = TargetSettings()
     jerk = unit / tick**2.5
     ways = (
-        Going(told.linear_jerk * jerk, told.going_s * tick),
-        Going(told.gliding_jerk * jerk, told.gliding_s * tick),
+        Going(target_settings.linear_jerk * jerk, target_settings.going_s * tick),
+        Going(target_settings.gliding_jerk * jerk, target_settings.gliding_s * tick),
         *swings,
     )
     change_s, lasting_s = lasting()
-    return Manner(told.linear_rest * unit / tick**0.5, ways, change_s * tick, lasting_s * tick)
+    return Manner(
+        target_settings.linear_rest * unit / tick**0.5, ways, change_s * tick, lasting_s * tick
+    )
 
 
 def noise(sigma: float, lasting: float = 0.0) -> Noise:
@@ -45,17 +47,25 @@ def hand_behind(
     path: Callable[[float], float], seconds: float, seed: int, shifts: Manner | None = None
 ) -> tuple[Floats, Floats]:
     """Return times (T,) and where a hand is that follows a path by late and noisy estimates."""
-    random, told, law = np.random.default_rng(seed), TargetSettings(), HandSettings()
+    random, target_settings, law = np.random.default_rng(seed), TargetSettings(), HandSettings()
     shifts = shifts or manner()
-    motion, reference, last_s = Motion(shifts, noise(told.linear_noise), (0.3, 0.2)), 0.0, 0.0
+    motion, reference, last_s = (
+        Motion(shifts, noise(target_settings.linear_noise), (0.3, 0.2)),
+        0.0,
+        0.0,
+    )
     hand, speed, taken, places = path(0.0), 0.0, 0, []
     times = np.array([PERIOD_S * tick for tick in range(int(seconds / PERIOD_S))])
     for time_s in times:
         while taken / RATE_HZ + DELAY_S <= time_s:
             image_s, taken = taken / RATE_HZ, taken + 1
             place = path(image_s) + NOISE * random.normal()
-            motion.advance(image_s - last_s, noise(told.linear_noise))
-            motion.correct(seen(told.linear_noise), np.array([place - reference]), told.nis_gate)
+            motion.advance(image_s - last_s, noise(target_settings.linear_noise))
+            motion.correct(
+                seen(target_settings.linear_noise),
+                np.array([place - reference]),
+                target_settings.nis_gate,
+            )
             reference, last_s = reference + motion.settle()[0], image_s
         state, _ = motion.ahead(time_s - last_s)
         wanted = law.position_gain * (reference + state[0] - hand)
@@ -96,7 +106,7 @@ def test_the_hand_rests_beside_what_rests(seed: int) -> None:
     assert np.sqrt(np.mean(np.square(places[times > 4.0]))) < 0.3e-3
 
 
-def told_to(motion: Motion, places: Floats, unit: float = 1.0, tick: float = 1.0) -> Motion:
+def corrected_by(motion: Motion, places: Floats, unit: float = 1.0, tick: float = 1.0) -> Motion:
     """Tell a motion places (T,), one an image, in other units of space and time if asked for."""
     for place in places:
         motion.advance(tick / RATE_HZ, noise(unit * NOISE))
@@ -109,8 +119,8 @@ def test_what_goes_is_known_from_what_rests() -> None:
     jitter = NOISE * random.normal(size=60)
     begin = manner(), noise(NOISE), (0.3, 0.2)
     rests, goes = Motion(*begin), Motion(*begin)
-    told_to(rests, jitter)
-    told_to(goes, jitter + 0.1 * np.arange(60) / RATE_HZ)
+    corrected_by(rests, jitter)
+    corrected_by(goes, jitter + 0.1 * np.arange(60) / RATE_HZ)
     assert rests.going < 0.1
     assert goes.going > 0.8
     assert abs(rests.ahead(0.0)[0][1]) < 1e-3
@@ -121,18 +131,21 @@ def test_units_of_space_and_time_change_nothing() -> None:
     unit, tick = 3.28, 1 / 60
     one, other = manner(), manner(unit, tick)
     places = 0.1 * np.sin(0.2 * np.arange(30))
-    metric = told_to(Motion(one, noise(NOISE), (0.3, 0.2)), places)
+    metric = corrected_by(Motion(one, noise(NOISE), (0.3, 0.2)), places)
     spread = 0.3 * unit / tick, 0.2 * unit / tick**2
-    imperial = told_to(Motion(other, noise(unit * NOISE), spread), places, unit, tick)
+    imperial = corrected_by(Motion(other, noise(unit * NOISE), spread), places, unit, tick)
     assert metric.going == pytest.approx(imperial.going, abs=1e-6)
     ahead = metric.ahead(0.05)[0][0], imperial.ahead(0.05 * tick)[0][0]
     assert unit * ahead[0] == pytest.approx(ahead[1])
 
 
 def test_an_error_that_lasts_is_not_taken_for_motion_at_once_but_in_the_end() -> None:
-    told = TargetSettings()
-    ways = (Going(told.angular_jerk, told.turning_s), Going(told.rolling_jerk, told.gliding_s))
-    turning = Manner(told.angular_rest, ways, *lasting())
+    target_settings = TargetSettings()
+    ways = (
+        Going(target_settings.angular_jerk, target_settings.turning_s),
+        Going(target_settings.rolling_jerk, target_settings.gliding_s),
+    )
+    turning = Manner(target_settings.angular_rest, ways, *lasting())
     motion = Motion(turning, noise(0.001, 0.4), (1.0, 1.0))
     found = []
     for index in range(1000):
@@ -180,7 +193,7 @@ def test_a_swing_whose_period_is_known_is_followed_closer(period_s: float) -> No
 
 @pytest.mark.parametrize("share", tiered([3.0, 0.6, 1.5]))
 def test_a_period_that_is_wrong_costs_half_of_the_error_at_most(share: float) -> None:
-    unknown, wrong = (error_behind(3.0, told, 0.1, 0) for told in (0.0, 3.0 * share))
+    unknown, wrong = (error_behind(3.0, deviation, 0.1, 0) for deviation in (0.0, 3.0 * share))
     assert wrong < 1.5 * unknown  # 1.45, 0.57 and 1.27
 
 

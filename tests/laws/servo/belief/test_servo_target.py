@@ -218,11 +218,11 @@ def test_a_turn_that_is_told_is_followed_within_a_second(confidence: float) -> N
 @given(
     turn=st.tuples(*[st.floats(-0.25, 0.25)] * 3),
     doubted=st.lists(st.floats(0.1, 1.0), min_size=20, max_size=20),
-    told=st.floats(0.1, 1.0),
+    confidence=st.floats(0.1, 1.0),
 )
 @settings(max_examples=8, deadline=None, phases=[Phase.explicit, Phase.generate])
 def test_any_constant_estimate_is_reached_in_the_limit_whatever_came_before(
-    turn: tuple[float, float, float], doubted: list[float], told: float
+    turn: tuple[float, float, float], doubted: list[float], confidence: float
 ) -> None:
     target = TargetFilter(TargetSettings())
     for index, confidence in enumerate(doubted):
@@ -231,23 +231,23 @@ def test_any_constant_estimate_is_reached_in_the_limit_whatever_came_before(
     noise = np.repeat([0.0005, 0.05], 3)
     for index in range(200):
         time_s = 1.0 + 5.0 * index
-        target.update(seen(there, time_s, noise, told))
+        target.update(seen(there, time_s, noise, confidence))
     error = change_between(there, target.predict(time_s).world_from_object)
     assert np.linalg.norm(error[3:]) < 0.02
 
 
 @pytest.mark.parametrize("seed", tiered(range(4)))
 def test_belief_is_as_far_off_as_it_says_though_successive_estimates_err_alike(seed: int) -> None:
-    random, told = np.random.default_rng(seed), TargetSettings()
+    random, target_settings = np.random.default_rng(seed), TargetSettings()
     sigma = np.repeat([0.0006, 0.012], 3)
     fades = np.exp(-1 / 30 / 0.3)
     squared = []
     for _ in range(3):
-        target, lasting = TargetFilter(told), random.normal(size=6)
+        target, lasting = TargetFilter(target_settings), random.normal(size=6)
         for index in range(240):
             lasting = fades * lasting + np.sqrt(1 - fades**2) * random.normal(size=6)
-            fresh = np.sqrt(told.fresh) * random.normal(size=6)
-            error = sigma * (np.sqrt(1 - told.fresh) * lasting + fresh)
+            fresh = np.sqrt(target_settings.fresh) * random.normal(size=6)
+            error = sigma * (np.sqrt(1 - target_settings.fresh) * lasting + fresh)
             true = turning(index / 30)
             turned = true @ Pose.exp([0.0, 0.0, 0.0, *error[3:]])
             shifted = np.concatenate([true.matrix()[:3, :3] @ error[:3], np.zeros(3)])

@@ -45,9 +45,9 @@ def jumping(seed: int, law: JointLaw) -> Loop:
 
 
 def shares_of(loop: Loop) -> dict[str, float]:
-    told = np.array([tick.command.twist for tick in loop.ticks])
+    commanded = np.array([tick.command.twist for tick in loop.ticks])
     went = np.array([tick.hand_twist for tick in loop.ticks])
-    return hand_shares_of(told, went, loop.arm.period_s)
+    return hand_shares_of(commanded, went, loop.arm.period_s)
 
 
 def assert_kept(loop: Loop) -> None:

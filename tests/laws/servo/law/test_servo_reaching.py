@@ -31,7 +31,7 @@ from servoid.sim.serial_arm import SerialArm
 
 LAWS = pytest.mark.parametrize("law", list(JointLaw), ids=lambda law: law.value)
 STUCK = {Reason.UNREACHABLE, Reason.SINGULAR, Reason.JOINT_LIMIT}
-TOLD_S = 0.3
+REPORTED_S = 0.3
 
 
 def by(law: JointLaw) -> ServoSettings:
@@ -63,9 +63,9 @@ def test_an_object_out_of_reach_is_told_and_told_no_more_when_it_is_back(law: Jo
         if not tick.command.holding
         and np.linalg.norm(tick.command.hand_from_goal.translation) > 0.1
     )
-    told = [tick.time_s for tick in beyond_reach if Reason.UNREACHABLE in tick.command.limiting]
-    assert told[0] <= asked_s + TOLD_S
-    assert len(told) == sum(tick.time_s >= told[0] for tick in beyond_reach)
+    reported = [tick.time_s for tick in beyond_reach if Reason.UNREACHABLE in tick.command.limiting]
+    assert reported[0] <= asked_s + REPORTED_S
+    assert len(reported) == sum(tick.time_s >= reported[0] for tick in beyond_reach)
     if law is JointLaw.PAPER:
         # The pseudo-inverse knows no stops: what it did in the singular pose may end at one of
         # them, or fold the arm otherwise, by chance, and it does not find back. It must say so.
@@ -121,9 +121,9 @@ def test_a_log_says_for_how_long_bounds_kept_the_hand_from_its_goal() -> None:
         control = ControlTick(tick.state, None, None, tick.command, 0.0, 0.0)
         log.add(ServoRow(control, Pose.identity(), None, None, None))
     found = limited_s(log)
-    told = [row.tick.command.limiting for row in log.rows]
+    reported = [row.tick.command.limiting for row in log.rows]
     assert Reason.UNREACHABLE in found and not found.keys() & ORDINARY
-    assert any(reasons & ORDINARY for reasons in told)
+    assert any(reasons & ORDINARY for reasons in reported)
     for reason, seconds in found.items():
-        count = sum(reason in reasons for reasons in told)
+        count = sum(reason in reasons for reasons in reported)
         assert seconds == pytest.approx(count * loop.arm.period_s)

@@ -48,10 +48,12 @@ def test_silence_brings_the_joints_to_rest_and_ends_the_session(share: float) ->
     bench = Bench()
     bench.start()
     bench.drive(share, 0.6)
-    session, before = bench.receiver.session, len(bench.told)
+    session, before = bench.receiver.session, len(bench.commanded)
     bench.step(1.0)
-    at_rest = before + next(i for i, told in enumerate(bench.told[before:]) if not told.any())
-    assert not np.any(bench.told[at_rest:])
+    at_rest = before + next(
+        i for i, commanded in enumerate(bench.commanded[before:]) if not commanded.any()
+    )
+    assert not np.any(bench.commanded[at_rest:])
     silent_s = (at_rest - before) * PERIOD_S + 0.008  # the last command was a period old
     assert silent_s <= 0.15 + share * BRAKING_S
     assert bench.receiver.phase is Phase.WAITING
@@ -68,7 +70,7 @@ def test_a_session_needs_its_start_and_its_name() -> None:
     assert bench.take(0.2, session="another") is Refusal.OTHER_SESSION
     assert bench.start() is Refusal.OTHER_SESSION  # it has begun
     bench.step(0.1)
-    assert not np.any(bench.told)
+    assert not np.any(bench.commanded)
     assert bench.take(0.2) is None
 
 
@@ -76,7 +78,7 @@ def test_a_start_without_commands_moves_nothing_and_lapses() -> None:
     bench = Bench()
     bench.start()
     bench.step(SETTINGS.first_s + 0.1)
-    assert not np.any(bench.told)
+    assert not np.any(bench.commanded)
     assert bench.receiver.phase is Phase.WAITING
 
 
@@ -130,14 +132,14 @@ def test_a_flood_of_old_commands_keeps_no_joint_moving() -> None:
     bench.drive(0.5, 0.4)
     old = bench.command(bench.motion(0.5))
     bench.step(SETTINGS.hold_s)
-    before = len(bench.told)
+    before = len(bench.commanded)
     for _ in range(round(1.0 / PERIOD_S)):
         for _ in range(5):
             bench.number += 1
             message = msgspec.structs.replace(old, number=bench.number)
             assert bench.receiver.take(message, bench.state) is not None
         bench.step()
-    assert not np.any(bench.told[before + round((0.05 + BRAKING_S) / PERIOD_S) :])
+    assert not np.any(bench.commanded[before + round((0.05 + BRAKING_S) / PERIOD_S) :])
 
 
 def faulty(bench: Bench) -> dict[str, StoppingTrajectory]:
@@ -160,15 +162,15 @@ def faulty(bench: Bench) -> dict[str, StoppingTrajectory]:
     }
 
 
-@pytest.mark.parametrize("said", faulty(Bench()))
-def test_a_motion_that_cannot_be_driven_does_not_count(said: str) -> None:
+@pytest.mark.parametrize("fault", faulty(Bench()))
+def test_a_motion_that_cannot_be_driven_does_not_count(fault: str) -> None:
     bench = Bench()
-    motion = faulty(bench)[said]
+    motion = faulty(bench)[fault]
     bench.start()
-    assert said in (motion.fault(bench.joints, SETTINGS.hold_s) or "")
+    assert fault in (motion.fault(bench.joints, SETTINGS.hold_s) or "")
     assert bench.receiver.take(bench.command(motion), bench.state) is Refusal.NO_MOTION
     bench.step(0.1)
-    assert not np.any(bench.told)
+    assert not np.any(bench.commanded)
 
 
 @settings(deadline=None)
@@ -184,11 +186,11 @@ def test_no_limit_is_broken_whatever_comes_whenever(data: st.DataObject) -> None
         bench.step(data.draw(st.sampled_from([0.002, 0.008, 0.05, 0.3])))
     bench.step(0.002)
     if accepted_s is None:
-        assert not np.any(bench.told)
+        assert not np.any(bench.commanded)
     else:
         bench.step(max(0.0, accepted_s + 0.15 + BRAKING_S - bench.state.time_s))
         bench.step(0.002)
-        assert not bench.told[-1].any()
+        assert not bench.commanded[-1].any()
     assert bench.broken_limits() == []
 
 
@@ -211,9 +213,9 @@ def test_joints_whose_state_is_no_number_brake() -> None:
     bench.drive(0.3, 0.4)
     state = bench.state
     blind = type(state)(state.time_s, np.full(10, np.nan), state.velocities)
-    told = [bench.receiver.speeds(blind) for _ in range(round(BRAKING_S / PERIOD_S))]
-    assert np.abs(told[0]).max() > 0.1
-    assert not told[-1].any()
+    speeds = [bench.receiver.speeds(blind) for _ in range(round(BRAKING_S / PERIOD_S))]
+    assert np.abs(speeds[0]).max() > 0.1
+    assert not speeds[-1].any()
 
 
 def test_joints_whose_clock_stands_brake_and_one_that_runs_back_ends_the_session() -> None:
@@ -221,9 +223,9 @@ def test_joints_whose_clock_stands_brake_and_one_that_runs_back_ends_the_session
     bench.start()
     bench.drive(0.3, 0.4)
     stands = bench.state
-    told = [bench.receiver.speeds(stands) for _ in range(round(BRAKING_S / PERIOD_S) + 1)]
-    assert np.abs(told[0]).max() > 0.1
-    assert not told[-1].any()
+    speeds = [bench.receiver.speeds(stands) for _ in range(round(BRAKING_S / PERIOD_S) + 1)]
+    assert np.abs(speeds[0]).max() > 0.1
+    assert not speeds[-1].any()
     earlier = type(stands)(stands.time_s - 0.1, stands.positions, stands.velocities)
     bench.receiver.speeds(earlier)
     assert bench.receiver.phase is Phase.WAITING

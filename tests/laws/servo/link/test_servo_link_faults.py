@@ -15,7 +15,7 @@ from subprocess import Popen
 
 import numpy as np
 import pytest
-from driver_processes import ARM, Log, Row, driver, is_at_rest, say, sender
+from driver_processes import ARM, Log, Row, driver, is_at_rest, send, sender
 from linked_joints import SETTINGS
 
 from servoid.servo.link import LinkedArm, MotionCommand, StoppingTrajectory
@@ -37,7 +37,7 @@ def address() -> Iterator[str]:
 
 def moves(rows: list[Row], least: int) -> bool:
     """Say if the joints have moved for some commands, and do so now."""
-    return bool(rows) and rows[-1].accepted >= least and np.abs(rows[-1].told).max() > 0.05
+    return bool(rows) and rows[-1].accepted >= least and np.abs(rows[-1].commanded).max() > 0.05
 
 
 def rests(rows: list[Row]) -> bool:
@@ -57,23 +57,23 @@ def times_of_commands(rows: list[Row]) -> list[int]:
 def judged(rows: list[Row]) -> list[str]:
     """Say which laws of the link a driver's log breaks."""
     joints = ARM.joints
-    told = np.array([row.told for row in rows])
+    commanded = np.array([row.commanded for row in rows])
     truly = np.array([row.velocities for row in rows])
-    slopes = np.abs(np.diff(told, axis=0, prepend=0.0 * told[:1])) / PERIOD_S
+    slopes = np.abs(np.diff(commanded, axis=0, prepend=0.0 * commanded[:1])) / PERIOD_S
     found = []
-    if np.any(np.abs(told) > joints.speed) or np.any(np.abs(truly) > joints.speed):
+    if np.any(np.abs(commanded) > joints.speed) or np.any(np.abs(truly) > joints.speed):
         found.append("speed")
     if np.any(slopes > joints.acceleration * (1 + 1e-9)):
         found.append("acceleration")
-    if any(row.is_running and row.accepted == 0 and row.told.any() for row in rows):
+    if any(row.is_running and row.accepted == 0 and row.commanded.any() for row in rows):
         found.append("moves before a fresh command")
     counted = set(times_of_commands(rows))
     last, allowed_s = 0, 0.0
     for place, row in enumerate(rows):
         if place in counted:
-            braking = np.abs(row.told) / (SETTINGS.braking_share * joints.acceleration)
+            braking = np.abs(row.commanded) / (SETTINGS.braking_share * joints.acceleration)
             last, allowed_s = place, SILENCE_S + float(braking.max())
-        if (place - last) * PERIOD_S > allowed_s and row.told.any():
+        if (place - last) * PERIOD_S > allowed_s and row.commanded.any():
             found.append(f"moves {(place - last) * PERIOD_S:.3f} s after the last command")
             break
     return found
@@ -86,15 +86,15 @@ def stop_and_go_on(process: Sender, log: Log) -> None:
 
 
 def close_and_go_on(process: Sender, log: Log) -> None:
-    say(process, "close")
+    send(process, "close")
     log.wait(rests)
-    say(process, "go")
+    send(process, "go")
 
 
 def flood_and_go_on(process: Sender, log: Log) -> None:
-    say(process, "flood")
+    send(process, "flood")
     log.wait(lambda rows: rests(rows) and rows[-1].refused - rows[0].refused > FLOOD)
-    say(process, "go")
+    send(process, "go")
 
 
 @pytest.mark.parametrize("fault", [stop_and_go_on, close_and_go_on, flood_and_go_on])
@@ -110,7 +110,7 @@ def test_joints_come_to_rest_whatever_becomes_of_a_loop_that_lives_on(
             fault(process, log)
     rows = log.update()
     assert judged(rows) == []
-    sessions = {row.session for row in rows if row.told.any() and row.is_running}
+    sessions = {row.session for row in rows if row.commanded.any() and row.is_running}
     assert len(sessions) >= MOMENTS  # each motion after a fault was started anew
 
 
@@ -126,7 +126,7 @@ def test_joints_come_to_rest_when_their_loop_is_killed(address: str, tmp_path: P
                 log.wait(rests)
     rows = log.update()
     assert judged(rows) == []
-    sessions = {row.session for row in rows if row.told.any() and row.is_running}
+    sessions = {row.session for row in rows if row.commanded.any() and row.is_running}
     assert len(sessions) >= MOMENTS
 
 
@@ -158,13 +158,13 @@ def test_a_driver_that_starts_anew_moves_nothing_without_a_start_and_a_fresh_com
                     )
                 )
         after.wait(lambda rows: bool(rows) and rows[-1].refused >= 98)
-        assert not any(row.told.any() for row in after.rows)
+        assert not any(row.commanded.any() for row in after.rows)
         arm.start()
         after.wait(lambda rows: bool(rows) and rows[-1].is_running)
-        assert not any(row.told.any() for row in after.update())
+        assert not any(row.commanded.any() for row in after.update())
         for tick in range(100):
             arm.state()
             arm.command(min(1.0, tick / 50) * 0.2 * ARM.joints.speed)
         after.wait(lambda rows: rests(rows))
-    assert any(row.told.any() for row in after.rows)
+    assert any(row.commanded.any() for row in after.rows)
     assert judged(after.rows) == []

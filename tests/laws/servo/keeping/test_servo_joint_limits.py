@@ -1,4 +1,4 @@
-"""Laws of what joints may be told: their limits hold for any states, bounds and wishes."""
+"""Laws of what joints may be told: their limits hold for any states, bounds and setpoints."""
 
 import numpy as np
 import pytest

@@ -54,7 +54,7 @@ def limited(
     window: Window | None = None,
     walls: Rows | None = None,
 ) -> Limited:
-    """Limit a wish of an arm in its present posture, by nothing that is left out."""
+    """Limit a setpoint of an arm in its present posture, by nothing that is left out."""
     jacobian = arm.jacobian(arm.state().positions)[:, :7]
     limiter = Limiter(arm, settings)
     bounds = limiter.bounds(

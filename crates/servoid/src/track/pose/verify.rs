@@ -42,11 +42,10 @@ impl Quality {
 
 /// Correlations from which on a point counts as seen at all, and as fully seen.
 const SEEN: (f64, f64) = (0.4, 0.8);
-/// Squared gradient of a normalised patch, per squared radius of the object, from which on it is
-/// finely patterned. Shading varies over the whole object: of smooth toys half of the points have
-/// at most 70 to 300 at 320 x 240 pixels and at most 450 to 1600 at 640 x 480, of objects with
-/// print 3200 and more.
-const FINE: f64 = 1800.0;
+/// Squared gradient of a normalised patch per pixel and radius of the object from which on it is
+/// finely patterned: shading varies over the whole object. Half of the points of smooth toys have at
+/// most 16, of objects with print at least 20, in images of 320 x 240 and of 640 x 480 pixels.
+const FINE: f64 = 17.0;
 /// Surface points that weigh as much as an outline whose colours separate the object well.
 const REGION_POINTS: f64 = 30.0;
 
@@ -74,7 +73,7 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspa
         }
         let is_fine = |found: Agreement| {
             let radius_px = found.slope.row(0).norm() * inputs.solid.radius;
-            found.tensor.trace() * radius_px * radius_px >= FINE
+            found.tensor.trace() * radius_px >= FINE
         };
         if agreement.is_some_and(is_fine) {
             fine += worth;

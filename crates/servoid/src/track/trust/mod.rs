@@ -67,7 +67,7 @@ const HELD_RAD: f64 = 0.15;
 /// Standard deviation of the orientation's drift, in radians, above which the orientation is not
 /// reported, whatever is recognised, and another pose is sought at which better-known sides are
 /// seen.
-pub(super) const ADRIFT: f64 = 0.10;
+pub(super) const ADRIFT: f64 = 0.09;
 
 /// Returns whether the images confirm the orientation of an object whose position they confirm: the
 /// evidence makes its pose likely, and includes some surface points. They must have the contrast of

@@ -111,4 +111,4 @@ def _coverage(axes: "Axes", rows: dict[str, Row]) -> None:
     axes.axvline(100.0 * REGION, color="#888888", linestyle=":", linewidth=1.0)
     axes.set_yticks(heights, labels=list(rows))
     axes.set(xlim=(0.0, 102.0), xlabel="true poses in the region of 95 % [%]")
-    axes.legend(frameon=False, loc="lower left")
+    axes.legend(frameon=False, loc="upper left")

@@ -44,8 +44,9 @@ impl Quality {
 const SEEN: (f64, f64) = (0.4, 0.8);
 /// Squared gradient of a normalised patch per pixel and radius of the object from which on it is
 /// finely patterned: shading varies over the whole object. Half of the points of smooth toys have at
-/// most 16, of objects with print at least 20, in images of 320 x 240 and of 640 x 480 pixels.
-const FINE: f64 = 17.0;
+/// most 16, of an object with a coarse pattern 20, with print 38 and more, in images of 320 x 240
+/// and of 640 x 480 pixels.
+const FINE: f64 = 16.0;
 /// Surface points that weigh as much as an outline whose colours separate the object well.
 const REGION_POINTS: f64 = 30.0;
 

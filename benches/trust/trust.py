@@ -139,9 +139,9 @@ def print_calibration(rows: list[Row]) -> None:
                 (whole.tracking[step], whole.tracking_right[step]),
             )
         )
-        located, tracking = shares
+        followed, tracking = shares
         name = f"{step / BINS:.1f} - {(step + 1) / BINS:.1f}"
-        table.row(name, whole.told[step], located, whole.tracking[step], tracking)
+        table.row(name, whole.told[step], followed, whole.tracking[step], tracking)
     print()
     table = Table("in the 95 % region   ", "place %", "turn %", "both %")
     for name in dict.fromkeys(row.sequence for row in rows):

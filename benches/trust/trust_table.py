@@ -87,7 +87,7 @@ def row_of(key: Key, runs: Sequence[Verdicts]) -> Row:
     """Count the results of the runs of one sequence and variant."""
     tracking = np.concatenate([run.tracking for run in runs])
     wrong = np.concatenate([run.wrong for run in runs])
-    located = ~np.concatenate([run.lost for run in runs])
+    followed = ~np.concatenate([run.lost for run in runs])
     right = tracking & ~wrong
     steps = np.concatenate([run.confidence for run in runs])
     steps = np.minimum((BINS * steps).astype(int), BINS - 1)
@@ -107,8 +107,8 @@ def row_of(key: Key, runs: Sequence[Verdicts]) -> Row:
         longest=tuple(run.longest_wrong for run in runs),
         found_after=tuple(after or 0 for run in runs for after in run.losses),
         add_mm=round(1e3 * float(np.median(add)), 3) if len(add) else np.nan,
-        told=counted(located),
-        told_right=counted(located & ~wrong),
+        told=counted(followed),
+        told_right=counted(followed & ~wrong),
         tracking=counted(tracking),
         tracking_right=counted(right),
         covered=tuple((surprise <= bounds).sum(axis=0).tolist()),

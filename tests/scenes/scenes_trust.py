@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from scene_table import Figures, Scene, scene
-from trust_scenes import COURSES, write_course
+from trust_scenes import ALL_COURSES, COURSES, write_course
 from trust_verdicts import Verdicts, verdicts
 
 from servoid.capture import open_capture
@@ -42,7 +42,7 @@ def true_poses(folder: Path) -> list[Pose]:
 def followed(name: str, how: str, seed: int, folder: Path | None = None) -> Verdicts:
     """Track the object of a course, and judge the track."""
     folder = drawn_course(name, seed) if folder is None else folder
-    course, truth = COURSES[name], true_poses(folder)
+    course, truth = ALL_COURSES[name], true_poses(folder)
     subject = Subject()
     if how == KNOWN:
         body = known_of(course.object_of(seed), ELLIPSOIDS).body

@@ -22,7 +22,7 @@ from scenes_trust import (
     trusts_twice,
 )
 from tiers import tiered
-from trust_scenes import COURSES, write_course
+from trust_scenes import COURSES, MESHES, write_course
 from trust_verdicts import stretches, verdicts
 
 from servoid.pose import Pose
@@ -78,6 +78,16 @@ def test_nothing_wrong_is_trusted_twice_in_a_row(
 def test_a_plain_object_sways_as_its_outline_tells_not_its_shading(seed: int, course: Draw) -> None:
     found = followed("plain", KNOWN, seed, course("plain", seed))
     assert plain_sway.beyond(off_figures(found)) == []
+
+
+@pytest.mark.parametrize("seed", tiered((2, 3, 8), 1))
+def test_the_shading_of_a_smooth_toy_is_no_pattern_by_which_its_turn_is_trusted(
+    seed: int, course: Draw
+) -> None:
+    if not MESHES.is_dir():
+        pytest.skip("the meshes lie beside the repository, and not here")
+    found = followed("toys", LOOKED_AT, seed, course("toys", seed))
+    assert found.longest_wrong <= 1
 
 
 def track_of(

@@ -251,7 +251,7 @@ mod tests {
             }
         }
         let covariance = whole.cholesky().unwrap().inverse();
-        let mut calls = 0;
+        let mut checked = 0;
         for (at, variance) in found.iter().enumerate() {
             let Some(variance) = variance else { continue };
             let anchor = bundle.landmarks[at].anchor.unwrap();
@@ -260,9 +260,9 @@ mod tests {
             let own = covariance.fixed_view::<3, 3>(poses + 3 * at, poses + 3 * at);
             let expected = way.dot(&(own * way));
             assert!((variance / expected - 1.0).abs() < 1e-4, "{variance} {expected}");
-            calls += 1;
+            checked += 1;
         }
-        assert_eq!(calls, 6);
+        assert_eq!(checked, 6);
     }
 
     #[test]

@@ -75,13 +75,15 @@ impl Reference {
         self.recognised += RATE * (quality.recognised - self.recognised);
         let rate = if self.textured > 0.0 { RATE } else { 1.0 };
         self.textured += rate * (quality.textured - self.textured);
-        let share = quality.printed_share();
-        let before = self.printed_share.unwrap_or(share);
-        self.printed_share = Some(before + RATE * (share - before));
-        let share = quality.fine_share();
-        let before = self.fine_share.unwrap_or(share);
-        self.fine_share = Some(before + RATE * (share - before));
+        self.printed_share = Some(mean(self.printed_share, quality.printed_share()));
+        self.fine_share = Some(mean(self.fine_share, quality.fine_share()));
         self.note_most();
         self.support += RATE * (quality.support - self.support);
     }
+}
+
+/// Returns a running mean after another value; the first value is the first mean.
+fn mean(before: Option<f64>, value: f64) -> f64 {
+    let before = before.unwrap_or(value);
+    before + RATE * (value - before)
 }

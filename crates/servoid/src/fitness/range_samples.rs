@@ -104,6 +104,41 @@ struct Ball {
     index: usize,
     center: Vector3<f64>,
     inverse: Matrix3<f64>,
+    /// At least the square of its longest radius.
+    square: f64,
+}
+
+/// Share of the squares of lengths by which their rounding errors are smaller.
+const ROUNDING: f64 = 1e-9;
+
+impl Ball {
+    /// Returns whether a line of sight passes the ball that encloses the ellipsoid: most do, and
+    /// that is known sooner than where they meet the ellipsoid.
+    fn is_passed(&self, sample: &RangeSample, length: f64) -> bool {
+        let toward = self.center - sample.point;
+        let (far, along) = (toward.norm_squared(), toward.dot(&sample.direction));
+        let beside = far * length - along * along;
+        beside > (self.square + ROUNDING * (self.square + far)) * length
+    }
+
+    /// Returns a vector in the frame in which the ellipsoid is the unit ball. Written out, as the
+    /// general product of matrices takes several times as long.
+    fn unit(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        let of = |i| {
+            let to = |j| self.inverse[(i, j)];
+            to(0) * vector.x + to(1) * vector.y + to(2) * vector.z
+        };
+        Vector3::new(of(0), of(1), of(2))
+    }
+
+    /// Returns a gradient by such a vector as one by a vector in metres.
+    fn pull_back(&self, unit: &Vector3<f64>) -> Vector3<f64> {
+        let of = |j| {
+            let to = |i| self.inverse[(i, j)];
+            to(0) * unit.x + to(1) * unit.y + to(2) * unit.z
+        };
+        Vector3::new(of(0), of(1), of(2))
+    }
 }
 
 impl RangeSamples {
@@ -127,10 +162,13 @@ impl RangeSamples {
     /// Returns the intervals of one line, clipped to its window, sorted by their start.
     fn intervals(&self, sample: &RangeSample, balls: &[Ball], out: &mut Vec<Interval>) {
         out.clear();
-        let first = self.from(sample);
+        let (first, length) = (self.from(sample), sample.direction.norm_squared());
         for ball in balls {
-            let from = ball.inverse * (sample.point - ball.center);
-            let along = ball.inverse * sample.direction;
+            if ball.is_passed(sample, length) {
+                continue;
+            }
+            let from = ball.unit(&(sample.point - ball.center));
+            let along = ball.unit(&sample.direction);
             let (square, middle) = (along.norm_squared(), -from.dot(&along));
             let root = middle * middle - square * (from.norm_squared() - 1.0);
             if root > 0.0 {
@@ -180,19 +218,29 @@ fn add(sums: &mut Sums, begin: f64, end: f64) {
 fn balls(hypothesis: &[Quadric]) -> Vec<Ball> {
     let ball = |(index, quadric): (usize, &Quadric)| {
         let inverse = quadric.factor.try_inverse()?;
-        Some(Ball { index, center: quadric.center, inverse })
+        let shape = quadric.shape_matrix();
+        // Both are bounds of the largest eigenvalue.
+        let square =
+            (0..3).map(|i| shape.row(i).abs().sum()).fold(0.0, f64::max).min(shape.trace());
+        Some(Ball { index, center: quadric.center, inverse, square })
     };
     hypothesis.iter().take(Body::MAX_ELLIPSOIDS).enumerate().filter_map(ball).collect()
 }
 
 /// Returns the derivatives of one end of an interval by the centre and by the factor.
 fn end_slopes(sample: &RangeSample, ball: &Ball, at: f64) -> QuadricGradient {
-    let unit = ball.inverse * (sample.point + sample.direction * at - ball.center);
-    let normal = ball.inverse.transpose() * unit;
+    let unit = ball.unit(&(sample.point + sample.direction * at - ball.center));
+    let normal = ball.pull_back(&unit);
     let steep = normal.dot(&sample.direction);
     let least = GRAZING * normal.norm();
     let steep = if steep < 0.0 { steep.min(-least) } else { steep.max(least) };
-    QuadricGradient { center: normal / steep, factor: normal * unit.transpose() / steep }
+    let mut factor = Matrix3::zeros();
+    for j in 0..3 {
+        for i in 0..3 {
+            factor[(i, j)] = normal[i] * unit[j] / steep;
+        }
+    }
+    QuadricGradient { center: normal / steep, factor }
 }
 
 impl Fitness for RangeSamples {
@@ -280,5 +328,51 @@ impl Fitness for OpenRangeSamples {
             });
         }
         sums.score / self.samples.filled().max(f64::MIN_POSITIVE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+    use crate::evolve::rng;
+
+    #[test]
+    fn a_line_that_meets_an_ellipsoid_never_counts_as_one_that_passes_it() {
+        let mut rng = rng(0, 0);
+        let mut draw = |size: f64| Vector3::from_fn(|_, _| rng.random_range(-size..size));
+        let (mut met, mut passed) = (0, 0);
+        for _ in 0..20_000 {
+            let factor = Matrix3::from_columns(&[draw(0.5), draw(0.1), draw(0.02)]);
+            let all = balls(&[Quadric { center: draw(1.0), factor }]);
+            let Some(ball) = all.first() else { continue };
+            // Points on the ellipsoid and beside it, seen from anywhere: many lines graze it.
+            let unit = draw(1.0).normalize() * (0.9 + 0.2 * draw(1.0).x);
+            let point = ball.center + factor * unit + draw(0.4);
+            let sample = RangeSample { point, direction: draw(1.0).normalize(), eye: 0.0 };
+            let (from, along) = (ball.unit(&(point - ball.center)), ball.unit(&sample.direction));
+            let nearest = from - along * (from.dot(&along) / along.norm_squared());
+            if nearest.norm() < 1.0 {
+                met += 1;
+                assert!(!ball.is_passed(&sample, sample.direction.norm_squared()));
+            } else {
+                passed += usize::from(ball.is_passed(&sample, sample.direction.norm_squared()));
+            }
+        }
+        assert!(met > 1_000 && passed > 1_000, "{met} met, {passed} passed");
+    }
+
+    #[test]
+    fn what_is_written_out_is_the_product_of_matrices_to_the_bit() {
+        let mut rng = rng(0, 1);
+        for _ in 0..1_000 {
+            let mut draw = || Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0));
+            let factor = Matrix3::from_columns(&[draw(), draw(), draw()]);
+            let [ball] = &balls(&[Quadric { center: draw(), factor }])[..] else { continue };
+            let vector = draw();
+            assert_eq!(ball.unit(&vector), ball.inverse * vector);
+            assert_eq!(ball.pull_back(&vector), ball.inverse.transpose() * vector);
+        }
     }
 }

@@ -203,16 +203,45 @@ impl Reduced {
             own += Matrix3::identity() * (RIDGE * own.trace());
             let inverse = own.cholesky()?.inverse();
             for (at, with) in &block.with {
-                let through = with * inverse;
+                let through = product(with, &inverse);
                 add_to(&mut slope, *at, -(through * block.slope));
                 // Only the part below the diagonal is read.
                 for (other, beside) in block.with.iter().filter(|(other, _)| other <= at) {
-                    add(&mut matrix, (*at, *other), -(through * beside.transpose()));
+                    subtract_product(&mut matrix, (*at, *other), &through, beside);
                 }
             }
             inverses.push(inverse);
         }
         Some((matrix, slope, inverses))
+    }
+}
+
+/// Returns a product of matrices. This and the next one are written out: they take most of the time,
+/// and the general product several times as long.
+fn product(left: &Matrix6x3<f64>, right: &Matrix3<f64>) -> Matrix6x3<f64> {
+    let mut out = Matrix6x3::zeros();
+    for j in 0..3 {
+        let by = right.column(j);
+        for i in 0..6 {
+            out[(i, j)] = left[(i, 0)] * by[0] + left[(i, 1)] * by[1] + left[(i, 2)] * by[2];
+        }
+    }
+    out
+}
+
+/// Subtracts the product of a matrix and a transposed one from a block.
+fn subtract_product(
+    matrix: &mut DMatrix<f64>,
+    (row, column): (usize, usize),
+    left: &Matrix6x3<f64>,
+    right: &Matrix6x3<f64>,
+) {
+    let mut place = matrix.fixed_view_mut::<6, 6>(6 * row, 6 * column);
+    for j in 0..6 {
+        let by = right.row(j);
+        for i in 0..6 {
+            place[(i, j)] -= left[(i, 0)] * by[0] + left[(i, 1)] * by[1] + left[(i, 2)] * by[2];
+        }
     }
 }
 

@@ -155,13 +155,7 @@ impl Frame {
             }
         };
         let Self { world_from_scene, unit } = *self;
-        let scene = Scene {
-            world_from_scene,
-            unit,
-            coarse: objective(),
-            middle: objective(),
-            finest: objective(),
-        };
+        let scene = Scene { world_from_scene, unit, coarse: objective(), middle: objective() };
         let mut quiet = |_: usize, _: f64, _: f64| true;
         let reporter = ProgressReporter::new(settings, &mut quiet);
         let by_count = grow(&scene, settings, 0, &reporter)?;

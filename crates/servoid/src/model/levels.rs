@@ -89,18 +89,22 @@ fn fill_shares(
     shrink: usize,
 ) -> Vec<f64> {
     let [full_width, full_height] = mask.image().size_px();
+    let columns = corner[0]..(corner[0] + width * shrink).min(full_width);
     let mut out = Vec::with_capacity(width * height);
+    let mut filled = vec![0; width];
     for row in 0..height {
         let top = corner[1] + row * shrink;
         let rows = top..(top + shrink).min(full_height);
-        for column in 0..width {
-            let left = corner[0] + column * shrink;
-            let right = (left + shrink).min(full_width);
-            let count =
-                |v: usize| mask.image().row(v)[left..right].iter().filter(|&&m| m != 0).count();
-            let filled: usize = rows.clone().map(count).sum();
-            out.push(filled as f64 / (rows.len() * (right - left)) as f64);
+        filled.fill(0);
+        for v in rows.clone() {
+            let blocks = mask.image().row(v)[columns.clone()].chunks(shrink);
+            for (filled, block) in filled.iter_mut().zip(blocks) {
+                *filled += block.iter().map(|&m| u32::from(m != 0)).sum::<u32>();
+            }
         }
+        let across = |column: usize| shrink.min(columns.len() - column * shrink);
+        let share = |(column, &filled)| f64::from(filled) / (rows.len() * across(column)) as f64;
+        out.extend(filled.iter().enumerate().map(share));
     }
     out
 }

@@ -19,8 +19,6 @@ pub(super) struct Scene {
     pub coarse: Objective,
     /// For comparing their finalists.
     pub middle: Objective,
-    /// All of the evidence, for the final fit.
-    pub finest: Objective,
 }
 
 /// Smallest radius of a solid ellipsoid, as a share of the unit.
@@ -49,13 +47,13 @@ impl Scene {
         unit: f64,
     ) -> Result<Self, ModelError> {
         let prepared = Prepared::new(given, &world_from_scene, unit);
-        let [coarse, middle, finest] =
-            [COARSE, MIDDLE, FINEST].map(|level| prepared.objective(level));
-        let (coarse, middle, finest) = (coarse?, middle?, finest?);
-        if coarse.total.is_empty() {
-            return Err(ModelError::Nothing);
-        }
-        Ok(Self { world_from_scene, unit, coarse, middle, finest })
+        let [coarse, middle] = [COARSE, MIDDLE].map(|level| prepared.objective(level));
+        Ok(Self { world_from_scene, unit, coarse: coarse?, middle: middle? })
+    }
+
+    /// Prepares all of some evidence, in the frame and unit of the scene, for a final fit.
+    pub fn finest(&self, given: &ModelInput<'_>) -> Result<Objective, ModelError> {
+        Prepared::new(given, &self.world_from_scene, self.unit).objective(FINEST)
     }
 
     /// Transforms ellipsoids to the world.
@@ -186,6 +184,9 @@ impl<'a> Prepared<'a> {
             let step = self.samples.len().div_ceil(resolution.samples);
             let some = self.samples.iter().step_by(step).copied().collect();
             total.push(weights.depth, RangeSamples::new(some, SIGHT_BEFORE, SIGHT_BEHIND));
+        }
+        if total.is_empty() {
+            return Err(ModelError::Nothing);
         }
         let whole = self.mesh.is_some();
         let settled = whole || wide(&self.cameras);

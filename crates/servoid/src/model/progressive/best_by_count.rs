@@ -1,7 +1,7 @@
 use crate::parallel::*;
 
 use super::grow::refine_finest;
-use super::refine::Fit;
+use super::refine::{Fit, Objective};
 use crate::camera::View;
 use crate::model::progressive::Step;
 use crate::model::scene::{Scene, silhouette_ious};
@@ -74,15 +74,20 @@ impl BestByCount {
     /// Transforms the bodies to the world. If by its pixels a body is worse than the one before,
     /// contradicting the finest level, it is replaced by the one before with a hidden ellipsoid
     /// added.
-    pub fn steps(&self, scene: &Scene, views: &[View<'_>]) -> Result<Vec<Step>, ModelError> {
+    pub fn steps(
+        &self,
+        scene: &Scene,
+        finest: &Objective,
+        views: &[View<'_>],
+    ) -> Result<Vec<Step>, ModelError> {
         let mut steps = Vec::with_capacity(self.fits.len());
         let (mut current, mut reached) = (self.empty.clone(), 0.0);
-        let refined: Vec<_> = self.fits.par_iter().map(|fit| refine_finest(scene, fit)).collect();
+        let refined: Vec<_> = self.fits.par_iter().map(|fit| refine_finest(finest, fit)).collect();
         for mut fit in refined {
             let mut body = scene.body(&fit.quadrics)?;
             let mut overlap = mean(&silhouette_ious(&body, views));
             if overlap < reached || fit.fitness < current.fitness {
-                fit = current.echo(&scene.finest);
+                fit = current.echo(finest);
                 body = scene.body(&fit.quadrics)?;
                 overlap = reached;
             }

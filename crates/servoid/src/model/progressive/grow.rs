@@ -1,7 +1,7 @@
 use crate::parallel::*;
 
 use super::best_by_count::BestByCount;
-use super::refine::{Fit, refine, refine_by_lead};
+use super::refine::{Fit, Objective, refine, refine_by_lead};
 use super::seed::search;
 use crate::evolve::rng;
 use crate::fitness::{Evidence, Fitness};
@@ -205,6 +205,6 @@ fn settle_best(scene: &Scene, mut found: Vec<Fit>) -> Option<Fit> {
 }
 
 /// Refines on the finest level, in all views.
-pub(in crate::model) fn refine_finest(scene: &Scene, fit: &Fit) -> Fit {
-    refine(&scene.finest, &fit.quadrics, STEPS[2])
+pub(in crate::model) fn refine_finest(finest: &Objective, fit: &Fit) -> Fit {
+    refine(finest, &fit.quadrics, STEPS[2])
 }

@@ -66,7 +66,7 @@ impl<'a> HoldOut<'a> {
             mesh: None,
             weights: given.weights,
         };
-        let objective = Scene::in_frame(&held, scene.world_from_scene, scene.unit)?.finest;
+        let objective = scene.finest(&held)?;
         let worth = |count: usize| {
             objective.total.score(&by_count.at(count).quadrics) - settings.delta * count as f64
         };

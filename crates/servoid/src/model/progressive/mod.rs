@@ -70,15 +70,12 @@ pub fn progressive(
             .collect();
         let lines: Vec<BestByCount> = lines.into_iter().collect::<Result<_, _>>()?;
         let mut by_count = cross(&scene, &settings, &lines, &reporter)?;
-        let scene = if let Some(hold_out) = &hold_out {
+        if let Some(hold_out) = &hold_out {
             by_count.truncate(hold_out.choose(&given, &by_count, &scene, &settings)?);
-            Scene::in_frame(&given, scene.world_from_scene, scene.unit)?
-        } else {
-            scene
-        };
+        }
         // If there is more than outlines, F alone decides which body is better.
         let compared = if solid { &[] } else { views.as_slice() };
-        let steps = by_count.steps(&scene, compared)?;
+        let steps = by_count.steps(&scene, &scene.finest(&given)?, compared)?;
         reporter.finish(&steps)?;
         Ok(steps)
     })

@@ -96,16 +96,20 @@ fn corners<'a>(
     let first_px = move |cell: usize| [cell % across * side, cell / across * side];
     let middle =
         move |cell: usize| first + Vector2::from(first_px(cell).map(|x| (x + side / 2) as f64));
-    let inside = move || {
-        let cells = 0..across * down;
-        cells.filter(move |&cell| outline.margin(&middle(cell)) >= LEAST_MARGIN * grain)
-    };
-    let count = inside().count();
-    let turns = inside().chain(inside()).skip(plan.from % count.max(1));
-    turns.take(plan.cells.min(count)).filter_map(move |cell| {
-        if occlusion.hides(camera, &middle(cell)) > 0.0
-            || is_taken(inputs, projection, taken, (camera, &middle(cell)), side)
-        {
+    let is_inside = |cell: &usize| outline.margin(&middle(*cell)) >= LEAST_MARGIN * grain;
+    let inside: Vec<_> = (0..across * down).filter(is_inside).collect();
+    let count = inside.len();
+    let from = plan.from % count.max(1);
+    let turns = (from..from + plan.cells.min(count)).map(move |turn| inside[turn % count]);
+    let pixels = taken.iter().filter(|view| view.camera == camera).filter_map(|view| {
+        let point = &inputs.points.features[view.point].point;
+        Some(projection.pixel(&point.position)?.0)
+    });
+    let pixels: Vec<_> = pixels.collect();
+    turns.filter_map(move |cell| {
+        let center = middle(cell);
+        let near = |pixel: &Vector2<f64>| (pixel - center).amax() < 0.8 * side as f64;
+        if occlusion.hides(camera, &center) > 0.0 || pixels.iter().any(near) {
             return None;
         }
         let pixel = first + Vector2::from(best_corner(plane, first_px(cell), grain)?);
@@ -149,19 +153,6 @@ fn is_within(
         let places = [last, last - out * APART, last + aside, last - aside].map(|by| by * grain);
         let ratio = |by: &Vector2<f64>| window.ratio(image, colors, pixel.x + by.x, pixel.y + by.y);
         places.iter().filter_map(ratio).sum::<f64>() > AGAINST_BESIDE
-    })
-}
-
-fn is_taken(
-    inputs: &Inputs<'_>,
-    projection: &Projection,
-    taken: &[InView],
-    (camera, center): (usize, &Vector2<f64>),
-    side: usize,
-) -> bool {
-    taken.iter().filter(|view| view.camera == camera).any(|view| {
-        let pixel = projection.pixel(&inputs.points.features[view.point].point.position);
-        pixel.is_some_and(|(pixel, _)| (pixel - center).amax() < 0.8 * side as f64)
     })
 }
 

@@ -54,7 +54,7 @@ test: .venv/.package ## run the laws, and each command once; all that a change n
 
 test-extended: .venv/.package ## run what `make test` leaves out: studies, pages, faults, more seeds
 	$(PYTEST) -m extended
-	SERVOID_FUZZ_SECONDS=60 $(CARGO) test -p servoid --test fuzz
+	SERVOID_FUZZ_SECONDS=30 $(CARGO) test -p servoid --test fuzz
 
 test-all: test test-extended ## run every test, of Rust and of Python
 

@@ -32,7 +32,7 @@ def test_a_wrong_scale_is_a_wrong_option(tmp_path: Path, servoid_command: Comman
 
 @pytest.mark.extended
 def test_a_film_and_a_click_give_a_body(tmp_path: Path, servoid_command: Command) -> None:
-    way = around(60, 90.0)
+    way = around(32, 60.0)
     film = write_film(tmp_path / "film.avi", draw(Room(seed=3), way))
     middle = LENS.project(Pose(way[0]).inverse().transform(np.array([[*AIM[:2], 0.06]])))[0]
     out = tmp_path / "body.json"

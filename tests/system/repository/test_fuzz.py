@@ -1,4 +1,4 @@
-"""Whatever is damaged is refused with a ServoidError; a minute of it here, hours by `make fuzz`."""
+"""Whatever is damaged is refused with a ServoidError; half a minute of it here, hours by `make fuzz`."""
 
 import sys
 from pathlib import Path
@@ -15,7 +15,7 @@ from fuzz.run import Tally, findings, tried  # noqa: E402
 from fuzz.target import Target  # noqa: E402
 from fuzz.targets import TARGETS  # noqa: E402
 
-SECONDS = 60.0
+SECONDS = 30.0
 
 
 @pytest.mark.parametrize("name", [name for name in TARGETS if name != "calls"])
@@ -46,5 +46,5 @@ def test_an_input_that_came_before_is_neither_taken_nor_counted_again() -> None:
 
 
 @pytest.mark.extended
-def test_no_damaged_input_stumbles_for_a_minute() -> None:
+def test_no_damaged_input_stumbles_for_half_a_minute() -> None:
     assert [(found.target, found.words) for found in findings(list(TARGETS), SECONDS, 0)] == []

@@ -1,4 +1,4 @@
-"""Whatever is damaged is refused with a ServoidError; half a minute of it here, hours by `make fuzz`."""
+"""Whatever is damaged is refused with a ServoidError; half a minute here, hours by `make fuzz`."""
 
 import sys
 from pathlib import Path

@@ -12,6 +12,7 @@ from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
+from servoid.model.misfit import far_note
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import (
@@ -90,6 +91,9 @@ def fit_capture(
         )
     result = fit_views(used, unused, samples, request, start=start)
     notes += result.notes
+    far = far_note(result.body, result.native_used) if capture.metric else None
+    if far is not None:
+        notes.append(far)
     return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
 
 

@@ -5,12 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.words import counted
+from servoid._native import Body, View
+from servoid.words import counted, digits
 
 _LEAST_OF_ONE = 0.3  # an intersection over union below which a view contradicts the body
 _LEAST_OF_ALL = 0.6  # their mean, below which the body is not the object
 _CURE = "check poses, calibration and masks, and do not use the body until then"
 _BORDERS = 4
+_FAR_M = 100.0  # a distance at which a rig of cameras measures nothing
 
 
 def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> list[str]:
@@ -53,4 +55,19 @@ def swapped_note(touching: Sequence[bool]) -> str | None:
     return (
         f"{counted(count, 'mask')} of {len(touching)} {'touches' if count == 1 else 'touch'} all "
         "four borders of the image: are black and white swapped? Non-zero pixels are the object"
+    )
+
+
+def far_note(body: Body, views: Sequence[View]) -> str | None:
+    """Report an object so far from all cameras that its lengths can hardly be in metres."""
+    away = [
+        float(np.linalg.norm(np.subtract(body.world_from_object.translation, eye)))
+        for eye in (view.world_from_camera.translation for view in views)
+    ]
+    if min(away, default=0.0) < _FAR_M:
+        return None
+    return (
+        f"the object is {digits(min(away))} m away and up to {digits(2.0 * body.radii.max())} m "
+        "large: are poses or depths in millimetres? They are in metres everywhere; a capture.toml "
+        "gives the unit of its depth images as depth_scale_m"
     )

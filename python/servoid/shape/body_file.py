@@ -143,6 +143,10 @@ def save_body(
         OutputError: the file cannot be written.
 
     """
+    if not isinstance(body, Body):
+        raise BodyError(
+            f"save_body takes the path first and then the body, which is a Body, not {body!r:.60}"
+        )
     if colors is not None and colors.shape != (len(body), 3):
         raise BodyError(
             f"a body of {counted(len(body), 'ellipsoid')} needs colors of shape "

@@ -22,7 +22,8 @@ from servoid.track.smoothing import smoothed
 Masks = tuple[NDArray[np.uint8] | None, ...]
 
 _LEAST_OVERLAP = 0.1  # of a body and a mask; with less they are different objects
-_TURN = 0.5  # radians between a given start and the found pose, above which they differ
+_TURN = 0.5  # radians between the start and the found pose, above which they differ
+_UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
 _ELSEWHERE = (
     "the given start is not where the mask of the first observation is, so the mask was not used; "
     "if it is the object's mask, correct the start or leave it out"
@@ -30,6 +31,10 @@ _ELSEWHERE = (
 _UNLIKE = (
     "the images at the given start do not match the appearance in the body's file; correct the "
     "start, or leave it out to search for the object"
+)
+_OTHER = (
+    "the object in the mask does not match the appearance in the body's file: its poses mean "
+    "nothing if it is another object; give that object's own body"
 )
 
 
@@ -120,15 +125,16 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     called = time.perf_counter()
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
-    unlike = _looks_otherwise(
-        lambda: make(cameras, known.body, request.options()), instant, subject
+    unlike = known.pose is not None and _looks_otherwise(
+        lambda: make(cameras, known.body, request.options()), instant, subject, known.pose
     )
+    doubt = _OTHER if subject.start is None else _UNLIKE
     return Followed(
         name=subject.name,
         tracker=tracker,
         initial=known.body,
         colors=known.colors,
-        notes=(*known.notes, _UNLIKE) if unlike else known.notes,
+        notes=(*known.notes, doubt) if unlike else known.notes,
         first=Tracked(
             index=instant.index,
             estimate=estimate,
@@ -156,9 +162,11 @@ def _first_estimate(
     return tracker.find(now, poses, images, **depths)
 
 
-def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Subject) -> bool:
-    """Return whether the object's stored appearance is not found near the given start."""
-    if subject.body is None or subject.start is None or subject.appearance is None:
+def _looks_otherwise(
+    make: Callable[[], Follower], instant: Instant, subject: Subject, pose: Pose
+) -> bool:
+    """Return whether the object's stored appearance is not found near the pose of the start."""
+    if subject.body is None or subject.appearance is None:
         return False
     probe = make()
     if not isinstance(probe, Rememberer):
@@ -166,12 +174,12 @@ def _looks_otherwise(make: Callable[[], Follower], instant: Instant, subject: Su
     now, poses, images = instant.time_s, instant.world_from_camera, instant.images
     try:
         probe.recall(subject.appearance)
-        found = probe.find(now, poses, images, subject.start, **depths_for(probe, instant))
+        found = probe.find(now, poses, images, pose, **depths_for(probe, instant))
     except TrackError:  # the stored appearance does not fit these cameras: no conclusion
         return False
-    off = (subject.start.inverse() @ found.world_from_object).log()
+    off = (pose.inverse() @ found.world_from_object).log()
     near = exact.norm(off[:3]) < subject.body.radii.max() and exact.norm(off[3:]) < _TURN
-    return found.status != "tracking" or not bool(near)
+    return found.confidence < _UNSEEN or not bool(near)
 
 
 def _look(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:

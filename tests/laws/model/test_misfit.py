@@ -179,3 +179,18 @@ def test_a_mesh_that_no_picture_shows_is_called_too_thin() -> None:
     needle = trimesh.creation.box((0.2, 0.0002, 0.0002))
     with pytest.raises(MeshError, match=r"too thin .* it is 0\.2 x 0\.0002 x 0\.0002 m large"):
         fit_mesh(np.asarray(needle.vertices), np.asarray(needle.faces, np.int64))
+
+
+def test_poses_in_millimetres_are_noticed(
+    drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    poses = drawn_capture / "poses.csv"
+    header, *rows = poses.read_text().split()
+    assert header.startswith("time_s,x,y,z,")
+    numbers = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+    out = ("--out", tmp_path / "body.json")
+    for factor, noticed in ((10.0, False), (1000.0, True)):
+        larger = numbers * [1.0, *[factor] * 3, *[1.0] * 4]
+        lines = [",".join(map(repr, map(float, row))) for row in larger]
+        poses.write_text("\n".join([header, *lines, ""]))
+        assert ("in millimetres" in summary_of(servoid_command, drawn_capture, *out)) == noticed

@@ -22,6 +22,7 @@ from scenes_tracking import (
 
 from servoid.record import Waypoint
 from servoid.shape import load_body
+from servoid.sim import Scenario, write_moving_sample
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +108,17 @@ def test_a_start_where_the_object_does_not_look_as_it_is_remembered_is_said(
         options = ("--body", body, "--start", start, "--observations", ":2")
         output = run_servoid(tmp_path, "track", alone.recording.folder, *options)
         assert (words in " ".join(output.split())) == unlike
+
+
+def test_the_body_of_another_object_than_the_one_in_the_mask_is_noticed(
+    alone: Alone, tmp_path: Path
+) -> None:
+    other = tmp_path / "other"
+    write_moving_sample(other, Scenario(count=2, size="small", seed=5, plain=True))
+    for folder, noticed in ((alone.recording.folder, False), (other, True)):
+        options = ("--body", alone.folder / "body.json", "--observations", ":2")
+        output = run_servoid(tmp_path, "track", folder, *options)
+        assert ("does not match the appearance" in " ".join(output.split())) == noticed
 
 
 def test_the_video_shows_every_observation(alone: Alone) -> None:

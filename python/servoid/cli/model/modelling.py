@@ -236,9 +236,9 @@ def _fit_shape(order: Order, path: Path, request: Request, targets: list[Target]
 def _own_frame(what: str) -> str:
     """Return a note on how the body's frame relates to the frame of its source."""
     return (
-        f"the body has a frame of its own, not the {what}'s: at its centre and along its longest "
-        f"sides; world_from_object in its file is {what}_from_object, and track "
-        f"--start takes world_from_{what} * {what}_from_object"
+        f"the body has a frame of its own, not the {what}'s: at its centre and along its principal "
+        f"axes; world_from_object in its file is {what}_from_object, and track --start takes "
+        f"world_from_{what} * {what}_from_object"
     )
 
 

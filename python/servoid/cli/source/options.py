@@ -55,8 +55,8 @@ Calibration = Annotated[
     typer.Option(
         "--calibration",
         metavar="FILE",
-        help="A calibration file instead of these options: TOML with [[camera]] tables, such as a "
-        "rig.toml or a capture.toml.",
+        help="A calibration file instead of these options: TOML with one camera table per "
+        "camera, such as a rig.toml or a capture.toml.",
         rich_help_panel=_CAMERAS,
     ),
 ]

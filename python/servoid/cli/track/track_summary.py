@@ -18,8 +18,9 @@ _MOST_GAPS = 4
 _MOST_NOTICES = 3
 _MS_PER_S = 1e3
 _NOWHERE = (
-    "no image confirms the initial pose: give another --start, or leave it out and mark the object "
-    "in the first observation with --target or a mask"
+    "no image after the first confirms a pose: the views may differ too much from one to the next, "
+    "or the first pose is wrong; then give another --start, or mark the object in the first "
+    "observation with --target or a mask"
 )
 _TIMELESS = (
     f"the capture has no times: {ASSUMED_HZ:g} observations per second are assumed; if the rate "

@@ -1,4 +1,5 @@
-//! All thresholds of the quality from which on a pose is followed, reported or learned from.
+//! Decides what is reported of a pose that is followed and what may be learned from it, by the
+//! thresholds here. The shares from which on a pose is followed are settings.
 
 mod state;
 

@@ -56,8 +56,9 @@ pub(crate) struct Points {
     pub(super) drifts: Vec<f64>,
 }
 
-/// Least cosine between a surface's normal and the direction to a camera that sees it.
-const LEAST_FACING: f64 = 0.3;
+/// Least cosine between a surface's normal and the direction to a camera that should see it. What
+/// the body hides and what lies at its rim is left out as well.
+const LEAST_FACING_IN_VIEW: f64 = 0.3;
 /// Least cosine between the current viewing direction and the one in which the point was learned.
 const LEAST_LIKE: f64 = 0.6;
 /// The same two for a point whose distance, and thus whose normal, is a guess.
@@ -102,7 +103,7 @@ impl Points {
                 let (facing, like) = if feature.is_guess(solid.radius) {
                     LEAST_OF_GUESS
                 } else {
-                    (LEAST_FACING, LEAST_LIKE)
+                    (LEAST_FACING_IN_VIEW, LEAST_LIKE)
                 };
                 let (template, cosine) = feature.nearest_template(&way);
                 let shows = way.dot(&point.normal) > facing

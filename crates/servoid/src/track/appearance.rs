@@ -28,7 +28,7 @@ const MAGIC: &[u8; 8] = b"servoap1";
 /// Numbers of 8 bytes per point besides its colour and templates.
 const NUMBERS: usize = 16;
 /// Most points and most colours that are read.
-const MOST: usize = 100_000;
+const MOST_ENTRIES: usize = 100_000;
 
 impl Appearance {
     /// Returns the number of surface points.
@@ -86,7 +86,7 @@ impl Reader<'_> {
         let grey = self.flag()?;
         let counts = [u32::from_le_bytes(self.take()?), u32::from_le_bytes(self.take()?)];
         let [points, colors] = counts.map(|count| count as usize);
-        if points > MOST || colors > MOST {
+        if points > MOST_ENTRIES || colors > MOST_ENTRIES {
             return None;
         }
         let mut reference = [0.0; Reference::NUMBERS];

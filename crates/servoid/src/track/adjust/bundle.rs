@@ -86,7 +86,7 @@ const CONVERGED: f64 = 3e-3;
 /// Standard deviations from which on the cost of an observation is linear instead of quadratic.
 const HUBER: f64 = 2.0;
 /// Least number of landmarks whose misfit is meaningful.
-const FEW: i32 = 20;
+const LEAST_LANDMARKS: i32 = 20;
 /// Initial damping, and its factors after a step that lowers the cost and after one that does not.
 const DAMPING: (f64, f64, f64) = (1e-4, 0.2, 10.0);
 
@@ -130,7 +130,7 @@ impl Bundle {
         let off =
             self.landmarks.iter().filter_map(|one| Some(self.anchored(one)?.0.norm_squared()));
         let (count, sum) = off.fold((0, 0.0), |(count, sum), off| (count + 1, sum + off));
-        (count >= FEW).then(|| (sum / f64::from(count)).sqrt())
+        (count >= LEAST_LANDMARKS).then(|| (sum / f64::from(count)).sqrt())
     }
 
     /// Returns the cost of all residuals.

@@ -34,7 +34,7 @@ const PLACE: f64 = 0.25;
 /// correlated.
 pub(super) const TOGETHER: f64 = 6.0;
 /// Standard deviation of the orientation above which known views are kept, too, in radians.
-const ADRIFT: f64 = 0.012;
+const KEEP_KNOWN_RAD: f64 = 0.012;
 /// Standard deviation of a landmark across its ray, in pixels.
 const ANCHOR_PX: f64 = 0.15;
 /// Largest motion of a keyframe, in radii and radians, that is accepted.
@@ -85,7 +85,7 @@ impl Tracker {
     pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
         let eyes = observation.world_from_camera[0];
         let object_from_camera = (hypothesis.pose.inverse() * eyes).rotation();
-        let adrift = self.target.points.drift > ADRIFT * ADRIFT;
+        let adrift = self.target.points.drift > KEEP_KNOWN_RAD * KEEP_KNOWN_RAD;
         let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_started();
         let guesses = self.guesses();
         if !self.target.keyframes.is_new(&object_from_camera, (adrift, guesses)) {

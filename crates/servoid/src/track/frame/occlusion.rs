@@ -32,7 +32,7 @@ const CELLS: usize = SIDE * SIDE;
 /// Log-odds that a cell without evidence shows the object.
 const PRIOR: f64 = 1.5;
 /// Largest log-odds.
-const MOST: f64 = 3.0;
+const MOST_LOG_ODDS: f64 = 3.0;
 /// Share of the previous log-odds that is kept for the next image.
 const KEPT: f64 = 0.5;
 /// Log-odds contributed by a surface point that is recognised, and by one that is not, and the
@@ -162,7 +162,7 @@ impl Grid {
         } else {
             self.evidence[cell]
         };
-        (self.before[cell] + evidence).clamp(-MOST, MOST)
+        (self.before[cell] + evidence).clamp(-MOST_LOG_ODDS, MOST_LOG_ODDS)
     }
 
     /// Sums the evidence of those of the eight neighbours of a cell that have any; also returns

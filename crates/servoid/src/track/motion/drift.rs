@@ -13,7 +13,7 @@ use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::uncertainty::uncertainty;
 use crate::track::pose::verify::Quality;
 use crate::track::tracker::Tracker;
-use crate::track::trust::{ADRIFT, CLEAR};
+use crate::track::trust::{ADRIFT_RAD, CLEAR};
 
 /// Slip of the orientation per radian, as a standard deviation, where nothing has the contrast of a
 /// pattern and few points are recognised; its maximum; and the number of recognised points per
@@ -82,7 +82,7 @@ impl Tracker {
     /// images while the orientation may have drifted, and at growing intervals while more of the
     /// object is missed than usual.
     pub(crate) fn needs_rival(&mut self, quality: &Quality) -> bool {
-        let is_adrift = self.target.points.drift > ADRIFT * ADRIFT;
+        let is_adrift = self.target.points.drift > ADRIFT_RAD * ADRIFT_RAD;
         let is_doubtful = quality.share < self.usual_share();
         let trust = &mut self.trust;
         trust.adrift = if is_adrift { trust.adrift + 1 } else { 0 };

@@ -158,7 +158,7 @@ mod tests {
             one in evidence(),
             more in 0.0..50.0_f64,
         ) {
-            let most = crate::track::trust::ADRIFT;
+            let most = crate::track::trust::ADRIFT_RAD;
             let other = Evidence {
                 textured: one.textured + more,
                 drift_rad: one.drift_rad / (1.0 + more),

@@ -37,7 +37,7 @@ pub(crate) const ANY_SIDE: usize = SIDES;
 /// Probability that a pixel has an arbitrary colour.
 const ANYTHING: f32 = 0.02;
 /// Largest absolute log-likelihood ratio of a pixel, in nats.
-const MOST: f32 = 2.5;
+const MOST_RATIO: f32 = 2.5;
 /// Pixels between those counted anywhere, across and down.
 const ANYWHERE_STRIDE: usize = 4;
 /// Weight of a side's own histogram in its expected background.
@@ -222,7 +222,7 @@ impl Palette {
             for (ratio, ((&object, &around), &here)) in table.iter_mut().zip(shares) {
                 let beside = around + own * (here - around);
                 let quotient = (object + even) / (beside + even);
-                *ratio = fast_ln(quotient).clamp(-MOST, MOST);
+                *ratio = fast_ln(quotient).clamp(-MOST_RATIO, MOST_RATIO);
             }
         }
     }

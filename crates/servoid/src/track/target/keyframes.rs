@@ -72,7 +72,7 @@ pub(crate) struct Keyframes {
 }
 
 /// Angle between keyframes, in radians.
-const APART: f64 = 0.10;
+const KEYFRAMES_APART: f64 = 0.10;
 /// The same while distances are guesses.
 const GUESSING: f64 = 0.04;
 /// Number of keyframes that connect the ends of a loop, and the angle between them.
@@ -85,7 +85,7 @@ const FARTHEST_PX: f64 = 3.0;
 /// Weight of an observation without the contrast of a pattern: shading slips along the surface.
 const SHADING: f64 = 0.3;
 /// Most keyframes, and most dropped ones, that are kept.
-const MOST: usize = 64;
+const MOST_KEYFRAMES: usize = 64;
 const MOST_FORMER: usize = 4096;
 
 impl Keyframes {
@@ -114,7 +114,7 @@ impl Keyframes {
         object_from_camera: &UnitQuaternion<f64>,
         (all_over, guesses): (bool, bool),
     ) -> bool {
-        let apart = if guesses { GUESSING } else { APART };
+        let apart = if guesses { GUESSING } else { KEYFRAMES_APART };
         let differs = |one: &Keyframe| one.object_from_camera.angle_to(object_from_camera) >= apart;
         let Some(last) = self.all.last() else { return true };
         if self.tie.is_some() {
@@ -159,7 +159,7 @@ impl Keyframes {
         self.next += 1;
         self.followed = true;
         self.closing = self.closing.saturating_sub(1);
-        (self.all.len() > MOST).then(|| self.drop_one())
+        (self.all.len() > MOST_KEYFRAMES).then(|| self.drop_one())
     }
 
     /// Drops the keyframe most similar to another one, but neither the first nor the last.
@@ -305,16 +305,16 @@ mod tests {
     fn where_there_are_too_many_one_makes_room_that_is_neither_first_nor_last_and_most_like_another()
      {
         let mut keyframes = Keyframes::default();
-        for count in 0..MOST {
+        for count in 0..MOST_KEYFRAMES {
             assert!(keep(&mut keyframes, 0.09 * count as f64).is_none());
         }
-        let last = 0.09 * (MOST - 1) as f64;
+        let last = 0.09 * (MOST_KEYFRAMES - 1) as f64;
         let dropped = keep(&mut keyframes, last + 0.01).unwrap();
-        assert_eq!(dropped.number, MOST - 1);
-        assert_eq!(keyframes.all.len(), MOST);
+        assert_eq!(dropped.number, MOST_KEYFRAMES - 1);
+        assert_eq!(keyframes.all.len(), MOST_KEYFRAMES);
         let heir = keyframes.all.last().unwrap();
         let (from, motion) = heir.step.unwrap();
-        assert_eq!(from, MOST - 2, "what followed it follows the one before it");
+        assert_eq!(from, MOST_KEYFRAMES - 2, "what followed it follows the one before it");
         let before = keyframes.pose(from).unwrap();
         let off = (before * motion).inverse() * heir.world_from_object;
         assert!(off.log().norm() < 1e-9);
@@ -323,11 +323,11 @@ mod tests {
     #[test]
     fn one_that_made_room_is_still_corrected() {
         let mut keyframes = Keyframes::default();
-        for count in 0..=MOST {
+        for count in 0..=MOST_KEYFRAMES {
             keep(&mut keyframes, 0.09 * count as f64);
         }
         let kept = |number: &usize| keyframes.all.iter().any(|one| one.number == *number);
-        let former = (0..=MOST).find(|number| !kept(number)).unwrap();
+        let former = (0..=MOST_KEYFRAMES).find(|number| !kept(number)).unwrap();
         let by =
             |number: usize| Pose::exp(&Twist::new(0.0, 0.0, 0.0, 0.01 * number as f64, 0.0, 0.0));
         let before = keyframes.pose(former).unwrap();
@@ -337,6 +337,6 @@ mod tests {
         keyframes.turn_back(&Twist::new(0.0, 0.0, 0.0, 0.0, 0.1, 0.0), (0.01, 0.0), None);
         let turned = (before * by(former)).inverse() * keyframes.pose(former).unwrap();
         assert!((turned.rotation().angle() - 0.1).abs() < 1e-9);
-        assert!(keyframes.pose(MOST + 1).is_none());
+        assert!(keyframes.pose(MOST_KEYFRAMES + 1).is_none());
     }
 }

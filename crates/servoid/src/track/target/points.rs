@@ -67,9 +67,9 @@ const LEAST_OF_GUESS: (f64, f64) = (0.5, 0.92);
 /// ellipsoids only approximate the object.
 const RIM_PX: (f64, f64) = (-3.0, 4.0);
 /// Most points that are kept.
-const MOST: usize = 600;
+const MOST_POINTS: usize = 600;
 /// Capacity for points: those that are kept, and those that an image may add.
-const ROOM: usize = MOST + 40;
+const ROOM: usize = MOST_POINTS + 40;
 /// Correlation from which on a point counts as recognised.
 pub(crate) const RECOGNISED: f64 = 0.75;
 
@@ -150,7 +150,8 @@ impl Points {
             }
         }
         self.features.retain(|feature| feature.record.is_good());
-        let (count, excess) = (self.features.len(), self.features.len().saturating_sub(MOST));
+        let (count, excess) =
+            (self.features.len(), self.features.len().saturating_sub(MOST_POINTS));
         if excess > 0 {
             // Evenly, so that no side of the object is forgotten.
             let mut at = 0;

@@ -44,12 +44,12 @@ pub(crate) struct Ranges {
 }
 
 /// Least distance between two, in radii, if the cosine between their normals is at least this.
-const APART: f64 = 0.12;
+const RANGES_APART: f64 = 0.12;
 const ALIKE: f64 = 0.6;
 /// Positions along the longer side of the object's image that are sampled.
 const COLUMNS: f64 = 24.0;
 /// Most that are kept.
-const MOST: usize = 800;
+const MOST_RANGES: usize = 800;
 /// Least distance inside the outline, and distance to the neighbours from which the normal is
 /// computed, in pixels.
 const MARGIN_PX: f64 = 4.0;
@@ -81,7 +81,7 @@ impl Ranges {
         let step = (2.0 * solid.radius * by_place.row(0).norm() / COLUMNS).max(1.0);
         let half = (0.5 * COLUMNS) as i32;
         for at in 0..(2 * half + 1) * (2 * half + 1) {
-            if self.all.len() >= MOST {
+            if self.all.len() >= MOST_RANGES {
                 return;
             }
             let by = [at % (2 * half + 1) - half, at / (2 * half + 1) - half];
@@ -90,7 +90,7 @@ impl Ranges {
                 continue;
             }
             let Some(found) = measured(seen, solid, &pixel) else { continue };
-            if !self.is_known(&found, APART * solid.radius) {
+            if !self.is_known(&found, RANGES_APART * solid.radius) {
                 self.all.push(Range { keyframe, drift, ..found });
             }
         }

@@ -41,13 +41,13 @@ pub(crate) struct Sides {
 pub(crate) type Marks = Vec<(usize, Option<Vec<u8>>)>;
 
 /// Least angle between two sides, in radians.
-const APART: f64 = 0.15;
+const SIDES_APART: f64 = 0.15;
 /// Least angle of an unseen side from all stored ones, in radians.
 const UNSEEN: f64 = 0.6;
 /// Number of directions that are tested for unseen sides.
 const SIDES: usize = 24;
 /// Most that are kept.
-const MOST: usize = 24;
+const MOST_SIDES: usize = 24;
 /// Distance beyond the outline up to which pixels may belong to the object, as a share of the
 /// window.
 const BEYOND: f64 = 0.08;
@@ -71,14 +71,14 @@ impl Sides {
         let object_from_camera = world_from_object.inverse() * *world_from_camera;
         let toward = object_from_camera.translation().normalize();
         let apart = self.all.iter().map(|one| one.toward.angle(&toward)).fold(f64::MAX, f64::min);
-        if apart < APART {
+        if apart < SIDES_APART {
             return;
         }
         let (first, size) = window.place_px();
         let Ok(camera) = camera.crop(first, size, 1) else { return };
         let mask = given.map_or_else(Vec::new, |mask| cut(mask, first, size));
         let (pixels, channels) = (cut(image, first, size), image.channels());
-        if self.all.len() >= MOST {
+        if self.all.len() >= MOST_SIDES {
             let Some(redundant) = self.redundant(apart) else { return };
             self.all.remove(redundant);
         }

@@ -29,7 +29,7 @@ const LIKELY: f64 = 0.8;
 /// Least number of surface points per camera for the orientation to be reported, and least number
 /// of them with the contrast of a pattern, unless at least as many as the last number usually have
 /// it.
-const FEW: f64 = 8.0;
+const FEW_RECOGNISED: f64 = 8.0;
 const SOME: f64 = 18.0;
 const RICH: f64 = 22.0;
 /// Mean share of the recognised surface points with the contrast of a pattern, from which on the
@@ -68,7 +68,7 @@ const HELD_RAD: f64 = 0.15;
 /// Standard deviation of the orientation's drift, in radians, above which the orientation is not
 /// reported, whatever is recognised, and another pose is sought at which better-known sides are
 /// seen.
-pub(super) const ADRIFT: f64 = 0.09;
+pub(super) const ADRIFT_RAD: f64 = 0.09;
 
 /// Returns whether the images confirm the orientation of an object whose position they confirm: the
 /// evidence makes its pose likely, and includes some surface points. They must have the contrast of
@@ -77,8 +77,8 @@ pub(super) const ADRIFT: f64 = 0.09;
 /// or mostly had it: far away, or blurred, a print has less.
 pub(super) fn is_turn_reliable(evidence: &Evidence, printed: f64) -> bool {
     let patterned = printed >= SOME || evidence.reference_textured >= RICH;
-    let shows = evidence.recognised >= FEW && evidence.share >= ORIENTED && patterned;
-    shows && evidence.drifts_little(ADRIFT) && evidence.probability() >= LIKELY
+    let shows = evidence.recognised >= FEW_RECOGNISED && evidence.share >= ORIENTED && patterned;
+    shows && evidence.drifts_little(ADRIFT_RAD) && evidence.probability() >= LIKELY
 }
 
 /// Returns whether an object showed so little of a pattern, in so many cameras, that its surface

@@ -15,7 +15,7 @@ const COOLDOWN: usize = 8;
 const COLOR_SHARE: f64 = 0.65;
 /// Share and part of the reference surface points that prove that an object found again is the lost
 /// one at its true pose, and not a look-alike: what is learned from a wrong one stays wrong.
-const PROVED: (f64, f64) = (0.92, 0.5);
+const PROVING_SHARES: (f64, f64) = (0.92, 0.5);
 /// Share, part of the reference points with the contrast of a pattern, and the least number of
 /// those, that prove the same.
 const RECOGNISABLE: (f64, f64, f64) = (0.75, 0.8, 40.0);
@@ -98,7 +98,7 @@ impl Trust {
         usual: f64,
     ) {
         (self.unseen, self.started) = (0, true);
-        let (again, part) = PROVED;
+        let (again, part) = PROVING_SHARES;
         let least = if self.confirmed { again } else { FOUND };
         self.proved &= goes_on;
         self.proved |= quality.share >= least && quality.recognised >= part * reference.recognised;

@@ -34,7 +34,7 @@ const AROUND: f64 = 3.0;
 const AGAINST: f64 = -4.0;
 /// Grains from a position to the pixels just outside its patch, and between those.
 const BESIDE: f64 = 5.0;
-const APART: f64 = 1.5;
+const BESIDE_APART: f64 = 1.5;
 /// Sum of the log-likelihood ratios of four pixels below which they count as background.
 const AGAINST_BESIDE: f64 = -3.0;
 
@@ -148,9 +148,10 @@ fn is_within(
 ) -> bool {
     (0..8).all(|way| {
         let (sine, cosine) = libm::sincos(f64::from(way) * FRAC_PI_4);
-        let (out, aside) = (Vector2::new(cosine, sine), Vector2::new(-sine, cosine) * APART);
+        let (out, aside) = (Vector2::new(cosine, sine), Vector2::new(-sine, cosine) * BESIDE_APART);
         let last = out * BESIDE;
-        let places = [last, last - out * APART, last + aside, last - aside].map(|by| by * grain);
+        let places =
+            [last, last - out * BESIDE_APART, last + aside, last - aside].map(|by| by * grain);
         let ratio = |by: &Vector2<f64>| window.ratio(image, colors, pixel.x + by.x, pixel.y + by.y);
         places.iter().filter_map(ratio).sum::<f64>() > AGAINST_BESIDE
     })

@@ -7,7 +7,7 @@ pub(super) mod templates;
 use nalgebra::Vector2;
 
 use self::detect::{DetectionPlan, detect};
-use self::templates::{APART, templates};
+use self::templates::{TEMPLATES_APART, templates};
 use super::inputs::Inputs;
 use super::pose::hypothesis::Hypothesis;
 use super::pose::uncertainty::uncertainty;
@@ -20,7 +20,7 @@ const CELLS: usize = 40;
 /// Candidate positions per window that are examined closely.
 const TRIES: usize = 6;
 /// Points in view per camera below which more are sought.
-const FEW: usize = 40;
+const FEW_IN_VIEW: usize = 40;
 /// Weight of the newest image in the colour statistics.
 const COLOR_RATE: f32 = 0.15;
 /// Images between two updates of the colours.
@@ -65,7 +65,7 @@ impl Tracker {
         if self.settings.surface && may.surface {
             self.keep_keyframe(observation, hypothesis);
             self.target.points.refine(&self.workspace.matches, self.target.solid.radius);
-            let few = self.workspace.in_view.len() < FEW * self.frame.open();
+            let few = self.workspace.in_view.len() < FEW_IN_VIEW * self.frame.open();
             let (cells, tries) = if few { (2 * CELLS, 2 * TRIES) } else { (CELLS, TRIES) };
             let plan = DetectionPlan { from: self.cell, cells, tries, masks: &[] };
             self.cell = self.cell.wrapping_add(cells);
@@ -88,7 +88,8 @@ impl Tracker {
         for (point, template) in found {
             let feature = &mut self.target.points.features[point];
             // Another camera may just have learned the same template.
-            if feature.has_room() && feature.nearest_template(&template.toward).1 <= APART {
+            if feature.has_room() && feature.nearest_template(&template.toward).1 <= TEMPLATES_APART
+            {
                 feature.add_template(template);
             }
         }

@@ -14,7 +14,7 @@ use crate::track::target::solid::Rims;
 
 /// Largest cosine between the current viewing direction and that of a point's nearest template for
 /// which another template is extracted.
-pub(crate) const APART: f64 = 0.97;
+pub(crate) const TEMPLATES_APART: f64 = 0.97;
 /// Largest offset of a point from its expected pixel, in pixels.
 const FARTHEST_PX: f64 = 2.0;
 
@@ -56,7 +56,7 @@ fn template(
     let eye = projection.eye()?;
     let place = feature.point.position + feature.point.toward * found.moved;
     let toward = (eye - place).normalize();
-    if feature.nearest_template(&toward).1 > APART {
+    if feature.nearest_template(&toward).1 > TEMPLATES_APART {
         return None;
     }
     // It is extracted where it is seen, not where it was expected.

@@ -31,7 +31,7 @@ const FINE_PX: usize = 160;
 const TURNS: usize = 1500;
 const KEPT: usize = 32;
 /// Least angle between those that are kept, in radians.
-const APART: f64 = 0.3;
+const TURNS_APART: f64 = 0.3;
 /// Difference in overlap below which colours decide between poses.
 const ALIKE: f64 = 0.05;
 /// Least overlap of a body that fits.
@@ -59,7 +59,7 @@ pub fn pose_from_masks(
         .into_par_iter()
         .map(|turn| coarse.scored(turns::centred(&solid, turn, main)))
         .collect();
-    let kept = turns::best_apart(tried, KEPT, APART);
+    let kept = turns::best_apart(tried, KEPT, TURNS_APART);
     let better: Vec<_> = kept.par_iter().map(|one| coarse.climbed(one, &FIRST)).collect();
     let best = better.iter().map(|one| one.iou).fold(0.0, f64::max);
     if best < LEAST_IOU {

@@ -27,6 +27,7 @@ pub use range_samples::{RangeSample, RangeSampleError, RangeSamples};
 pub use region::{Region, RegionView};
 pub use sums::map::ScoreMap;
 pub use sums::rows::Sums;
+pub(crate) use surface::SAMPLES;
 pub use surface::{Agreement, Patch, SurfacePoint};
 pub use volume::Volume;
 

@@ -7,7 +7,7 @@ use crate::shape::Projection;
 /// Samples along a side of a patch.
 const SIDE: usize = 4;
 /// Samples of a patch.
-const SAMPLES: usize = SIDE * SIDE;
+pub(crate) const SAMPLES: usize = SIDE * SIDE;
 /// Grains, of one pixel of its level or less, between the samples of a patch.
 const SPACING: f64 = 2.0;
 /// Least standard deviation of a pattern, in grey levels; a patch with less is noise.

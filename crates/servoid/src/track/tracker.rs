@@ -58,6 +58,8 @@ pub struct Tracker {
 /// after the object was found.
 const LEAST_MARGIN: f64 = 0.2;
 pub(super) const MARGIN: f64 = 0.3;
+/// Share of the newest prediction error in its running mean, for a pose that is measured well.
+const INNOVATION_RATE: f64 = 0.3;
 
 impl Tracker {
     /// Makes a tracker for cameras and a body.
@@ -238,8 +240,8 @@ impl Tracker {
         let gains = self.motion.follow(time_s, hypothesis.pose, &known, self.process_noise());
         self.jitter.follow(time_s, hypothesis.pose);
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
-        self.innovation.0 += 0.3 * gains.0 * (across - self.innovation.0);
-        self.innovation.1 += 0.3 * gains.1 * (turned - self.innovation.1);
+        self.innovation.0 += INNOVATION_RATE * gains.0 * (across - self.innovation.0);
+        self.innovation.1 += INNOVATION_RATE * gains.1 * (turned - self.innovation.1);
     }
 
     /// Returns the margin of a window around the object, as a share of its size, that covers the

@@ -85,6 +85,8 @@ const LINE_SPACING_PX: f64 = 8.0;
 /// Standard deviation of a point's position, in radii, for a view at right angles to the direction
 /// in which it was learned.
 const BENT: f64 = 0.02;
+/// Correlation from which on a point counts, and by how much more it has its full weight.
+const CORRELATION_RAMP: (f64, f64) = (0.3, 0.5);
 /// Most steps that move guessed points at a fixed pose.
 const GUESSES: usize = 4;
 
@@ -309,7 +311,8 @@ fn add_point(
     (agreement, level): (&Agreement, usize),
     (shows, eye): (f64, Option<Vector3<f64>>),
 ) -> Option<Distance> {
-    let weight = shows * ((agreement.correlation - 0.3) / 0.5).clamp(0.0, 1.0).powi(2);
+    let ramp = (agreement.correlation - CORRELATION_RAMP.0) / CORRELATION_RAMP.1;
+    let weight = shows * ramp.clamp(0.0, 1.0).powi(2);
     if weight == 0.0 || !inputs.points_measure {
         return None;
     }

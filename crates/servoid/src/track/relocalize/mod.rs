@@ -21,6 +21,11 @@ const LOCAL_RANGE: (f64, f64) = (0.6, 0.8);
 const BETTER: f64 = 1.2;
 /// Rounds of a search near a pose, and anywhere, when there is no time limit.
 pub(crate) const ROUNDS: (usize, usize) = (2, 5);
+/// Range of distances that a search anywhere covers: relative to the last distance, relative to the
+/// mean one if the object was not tracked yet, and the least one, in radii, without either.
+const NEAR_LAST: (f64, f64) = (0.6, 1.7);
+const NEAR_MEAN: (f64, f64) = (0.4, 2.5);
+const NEAREST: f64 = 2.5;
 /// Smallest image of the object that is sought, in pixels.
 const SMALLEST_PX: f64 = 24.0;
 
@@ -105,9 +110,9 @@ impl Tracker {
         let focal = self.frame.cameras.first().map_or(1.0, |camera| camera.focal_px()[0]);
         let reference = self.target.reference.distance;
         let (near, far) = match self.last_distance(observation) {
-            Some(last) => (0.6 * last, 1.7 * last),
-            None if reference > 0.0 => (0.4 * reference, 2.5 * reference),
-            None => (2.5 * radius, 2.0 * focal * radius / SMALLEST_PX),
+            Some(last) => (NEAR_LAST.0 * last, NEAR_LAST.1 * last),
+            None if reference > 0.0 => (NEAR_MEAN.0 * reference, NEAR_MEAN.1 * reference),
+            None => (NEAREST * radius, 2.0 * focal * radius / SMALLEST_PX),
         };
         let reference_area = self.target.reference.area;
         let area_at = |distance: f64| reference_area / (distance * distance);

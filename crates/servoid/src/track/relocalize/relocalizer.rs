@@ -32,6 +32,10 @@ const DISTANCE_STEP: f64 = 0.17;
 const PLACES: usize = 12;
 const TURNS: usize = 80;
 const KEPT: usize = 10;
+/// Least distance in radii between positions that are examined, and between poses that are kept
+/// unless their orientations differ by at least this, in radians.
+const PLACES_APART: f64 = 0.7;
+const POSES_APART: (f64, f64) = (0.3, 0.4);
 /// Search range around the best orientations at the best positions, in radii and radians.
 const NEAR: (f64, f64) = (0.5, 0.5);
 
@@ -72,11 +76,12 @@ impl Relocalizer {
         self.spread_probes(&inputs);
         self.round += 1;
         let mut rng = evolve::rng(self.seed, self.round);
+        let radius = inputs.solid.radius;
         let area = area_at((near * far).sqrt());
         let scorer = Scorer { inputs, probes: Probes::Facing(&self.around), area };
         let bare = Scorer { probes: Probes::Facing(&[]), ..scorer };
         let mut evaluations = places(&bare, (near, far), &mut rng, &mut self.ranked);
-        keep(&mut self.ranked, PLACES, |one, other| one.apart(other) > 0.7 * inputs.solid.radius);
+        keep(&mut self.ranked, PLACES, |one, other| one.apart(other) > PLACES_APART * radius);
         self.best.clear();
         for place in &self.ranked {
             for _ in 0..TURNS {
@@ -88,9 +93,9 @@ impl Relocalizer {
         evaluations += self.best.len();
         keep(&mut self.best, KEPT, |one, other| {
             let turn = (one.rotation().inverse() * other.rotation()).angle();
-            one.apart(other) > 0.3 * inputs.solid.radius || turn > 0.4
+            one.apart(other) > POSES_APART.0 * radius || turn > POSES_APART.1
         });
-        let search_range = (NEAR.0 * inputs.solid.radius, NEAR.1);
+        let search_range = (NEAR.0 * radius, NEAR.1);
         for found in &mut self.best {
             self.round += 1;
             let mut search = Search::new(POPULATION, evolve::rng(self.seed, self.round))?;

@@ -2,7 +2,7 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix2x6, Matrix3x6, Matrix6, Vector2, Vecto
 
 pub(crate) use super::feature::{Feature, WORST};
 use super::solid::{Rims, Solid};
-use crate::fitness::Agreement;
+use crate::fitness::{Agreement, SAMPLES};
 use crate::pose::{Pose, Twist};
 use crate::shape::Projection;
 use crate::track::frame::occlusion::Occlusion;
@@ -276,9 +276,12 @@ const FADING: f64 = 1e-4;
 /// Standard deviation of a patch's position beyond its noise, in pixels: surfaces are not flat.
 pub(crate) const PLACE_PX: f64 = 0.25;
 
+/// Variance of a normalised patch's samples at full correlation.
+const LEAST_NOISE: f64 = 4e-4;
+
 /// Returns the variance of a normalised patch's samples at a correlation.
 pub(crate) fn noise(correlation: f64) -> f64 {
-    (2.0 * (1.0 - correlation) / 16.0).max(0.0) + 4e-4
+    (2.0 * (1.0 - correlation) / SAMPLES as f64).max(0.0) + LEAST_NOISE
 }
 
 /// Returns the derivative of the pixel of a point of the object by a small motion of the object in

@@ -41,7 +41,7 @@ pub(crate) struct Landmark {
     /// `None` fixes the position.
     pub(crate) anchor: Option<Anchor>,
     /// Whether its distance comes from motion alone, so that its variance is computed.
-    pub(crate) by_motion: bool,
+    pub(crate) is_from_motion: bool,
 }
 
 /// The position at which a landmark was learned, at a keyframe, in the world's frame.
@@ -96,8 +96,8 @@ impl Bundle {
     pub(crate) fn adjusted(&self) -> Option<Solution> {
         let (mut bundle, mut moved) = (self.clone(), self.clone());
         let (mut damping, mut cost) = (DAMPING.0, self.cost());
-        let by_motion = self.landmarks.iter().any(|one| one.by_motion);
-        for _ in 0..if by_motion { STEPS.1 } else { STEPS.0 } {
+        let from_motion = self.landmarks.iter().any(|one| one.is_from_motion);
+        for _ in 0..if from_motion { STEPS.1 } else { STEPS.0 } {
             let reduced = Reduced::new(&bundle);
             let lower = loop {
                 let (motions, shifts) = reduced.step(damping)?;
@@ -242,7 +242,7 @@ pub(super) fn scene(seed: u64, off: f64) -> Bundle {
         let anchor = (landmark % 5 != 0).then_some(anchor);
         let shift = if anchor.is_some() { 0.05 * off } else { 0.0 };
         let position = position + Vector3::new(any(), any(), any()) * shift;
-        bundle.landmarks.push(Landmark { position, anchor, by_motion: landmark % 5 == 1 });
+        bundle.landmarks.push(Landmark { position, anchor, is_from_motion: landmark % 5 == 1 });
     }
     for (at, pose) in truth.iter().enumerate() {
         let noise = Twist::from_fn(|i, _| any() * off * if i < 3 { 0.05 } else { 1.0 });

@@ -113,9 +113,9 @@ impl Tracker {
         if !self.target.relief.is_open {
             return false;
         }
-        let radius = self.target.solid.radius;
+        let Target { points, solid, .. } = &self.target;
         let seen = self.workspace.matches.iter().filter(|one| one.is_recognised());
-        let guess = |one: &&Match| self.target.points.features[one.view.point].is_guess(radius);
+        let guess = |one: &&Match| points.features[one.view.point].has_free_distance(solid.radius);
         let known = seen.clone().filter(|one| !guess(one)).count();
         known < LEAST_KNOWN && seen.count() > known
     }
@@ -176,8 +176,8 @@ impl Target {
             }
             let landmark = bundle.landmarks.len();
             let anchor = self.anchor(known);
-            let (position, by_motion) = (known.point.position, known.by_motion);
-            bundle.landmarks.push(Landmark { position, anchor, by_motion });
+            let (position, is_from_motion) = (known.point.position, known.is_from_motion);
+            bundle.landmarks.push(Landmark { position, anchor, is_from_motion });
             ids.push(known.id);
             bundle.sightings.extend(group.iter().filter_map(|(keyframe, seen)| {
                 let world = all[*keyframe].cameras[seen.camera]?;

@@ -170,7 +170,7 @@ impl Reduced {
         let turns = self.free.iter().map(|at| at.map_or(0.0, turn)).collect();
         let landmarks = bundle.landmarks.iter().zip(&self.landmarks).zip(&inverses);
         let distances = landmarks.map(|((landmark, block), inverse)| {
-            let anchor = landmark.anchor.filter(|_| landmark.by_motion)?;
+            let anchor = landmark.anchor.filter(|_| landmark.is_from_motion)?;
             let object = bundle.keyframes[anchor.keyframe].world_from_object.rotation();
             let way = object.inverse() * anchor.toward_in_world;
             let by_place = inverse * way;

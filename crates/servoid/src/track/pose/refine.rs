@@ -319,7 +319,7 @@ fn add_point(
     let feature = &inputs.points.features[view.point];
     let Feature { point: SurfacePoint { toward, .. }, variance, .. } = *feature;
     let position = feature.point.position + toward * moved;
-    let is_guess = feature.is_guess(inputs.solid.radius);
+    let is_free = feature.has_free_distance(inputs.solid.radius);
     let by_motion = by_motion(&agreement.slope, &position);
     // The farther the view is from the direction in which the point was learned, the less its
     // position along that direction is known.
@@ -328,12 +328,12 @@ fn add_point(
     });
     let along = agreement.slope * toward;
     // A guess is marginalised below, and adds no uncertainty here.
-    let known_within = if is_guess { 0.0 } else { variance };
+    let known_within = if is_free { 0.0 } else { variance };
     let beside =
         along * along.transpose() * (known_within + (BENT * inputs.solid.radius * aside).powi(2))
             + inputs.points.strayed(view.point, &by_motion);
     let shift = Shift::new(agreement, level, &beside)?;
-    if is_guess {
+    if is_free {
         let ray = Ray { along, moved, variance };
         let measured = (shift.information * weight, shift.pull * weight);
         return Some(Distance::taken_out(at, normal, &by_motion, measured, &ray));

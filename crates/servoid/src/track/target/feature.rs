@@ -19,9 +19,9 @@ pub(crate) struct Feature {
     /// square radians: it constrains the orientation no better.
     pub(crate) drift: f64,
     /// Whether its distance came from the body alone when it was detected.
-    pub(crate) is_guessed: bool,
+    pub(crate) is_from_body: bool,
     /// Whether its distance is estimated from motion alone.
-    pub(crate) by_motion: bool,
+    pub(crate) is_from_motion: bool,
     /// Rotation of the object since then, in radians, up to which it was recognised among many
     /// others: it does not slip within that range.
     pub(super) proved: f64,
@@ -41,8 +41,8 @@ impl Feature {
             origin,
             variance,
             drift: 0.0,
-            is_guessed: false,
-            by_motion: false,
+            is_from_body: false,
+            is_from_motion: false,
             proved: 0.0,
             record,
             texture: Texture::default(),
@@ -101,8 +101,8 @@ impl Feature {
 
     /// Returns whether its distance is solved with each pose, because motion is to determine it and
     /// has not yet.
-    pub(crate) fn is_guess(&self, radius: f64) -> bool {
-        self.by_motion && self.variance > (WORST * radius).powi(2)
+    pub(crate) fn has_free_distance(&self, radius: f64) -> bool {
+        self.is_from_motion && self.variance > (WORST * radius).powi(2)
     }
 
     pub(crate) fn hit_rate(&self) -> f32 {

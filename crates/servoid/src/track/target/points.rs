@@ -100,7 +100,7 @@ impl Points {
             for (index, feature) in self.features.iter().enumerate() {
                 let point = &feature.point;
                 let way = (eye - point.position).normalize();
-                let (facing, like) = if feature.is_guess(solid.radius) {
+                let (facing, like) = if feature.has_free_distance(solid.radius) {
                     LEAST_OF_GUESS
                 } else {
                     (LEAST_FACING_IN_VIEW, LEAST_LIKE)
@@ -242,7 +242,7 @@ impl Points {
                 continue;
             }
             let feature = &mut self.features[view.point];
-            if feature.by_motion {
+            if feature.is_from_motion {
                 continue;
             }
             let way = agreement.slope * feature.point.toward;

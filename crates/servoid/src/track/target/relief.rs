@@ -50,17 +50,17 @@ impl Relief {
 impl Points {
     /// Returns whether the distances of most recognised points came from the body alone when they
     /// were detected.
-    pub(crate) fn are_guessed(&self, matches: &[Match]) -> bool {
+    pub(crate) fn are_from_body(&self, matches: &[Match]) -> bool {
         let seen = matches.iter().filter(|one| one.is_recognised());
-        let guessed = |one: &&Match| self.features[one.view.point].is_guessed;
-        2 * seen.clone().filter(guessed).count() > seen.count()
+        let from_body = |one: &&Match| self.features[one.view.point].is_from_body;
+        2 * seen.clone().filter(from_body).count() > seen.count()
     }
 
     /// From now on estimates the guessed distances from motion alone.
     pub(crate) fn open(&mut self, radius: f64) {
         let variance = (GUESS.1 * radius).powi(2);
-        for one in self.features.iter_mut().filter(|one| one.is_guessed) {
-            one.by_motion = true;
+        for one in self.features.iter_mut().filter(|one| one.is_from_body) {
+            one.is_from_motion = true;
             one.variance = one.variance.max(variance);
             one.origin.variance = one.origin.variance.max(variance);
         }

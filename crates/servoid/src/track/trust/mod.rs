@@ -140,7 +140,7 @@ impl Tracker {
     pub(super) fn believes_relief(&self, quality: &Quality) -> bool {
         let relief = &self.target.relief;
         let is_sure = relief.is_open || relief.is_confirmed() || quality.share >= GUESSED;
-        is_sure || !self.target.points.are_guessed(&self.workspace.matches)
+        is_sure || !self.target.points.are_from_body(&self.workspace.matches)
     }
 
     /// From now on estimates distances from motion alone, if a single camera is about to lose the
@@ -148,7 +148,7 @@ impl Tracker {
     pub(super) fn doubt_relief(&mut self, quality: &Quality) {
         let Target { relief, points, reference, solid, .. } = &mut self.target;
         let is_denied = relief.is_denied(quality.share, reference.share);
-        if is_denied && points.are_guessed(&self.workspace.matches) {
+        if is_denied && points.are_from_body(&self.workspace.matches) {
             relief.is_open = true;
             points.open(solid.radius);
         }
@@ -207,9 +207,9 @@ impl Tracker {
     /// measured distances, to hold the pose: only then does the tracker learn where the object's
     /// boundary is.
     pub(super) fn is_patterned(&self, quality: &Quality) -> bool {
-        let is_guessed = self.target.points.are_guessed(&self.workspace.matches);
+        let is_from_body = self.target.points.are_from_body(&self.workspace.matches);
         let is_printed = self.target.reference.printed_share.is_some_and(|part| part >= MOSTLY);
-        !is_guessed && is_printed && self.printed(quality) >= SOME
+        !is_from_body && is_printed && self.printed(quality) >= SOME
     }
 
     /// Returns what may be updated by a pose that is followed.

@@ -205,13 +205,13 @@ fn point_at(
     let mut point =
         SurfacePoint::extract(projection, &window.pyramid, [hit, normal, toward], scale)?;
     let guess = if inputs.relief.is_open { GUESS.1 } else { GUESS.0 };
-    let (mut variance, mut is_guess) = ((guess * radius).powi(2), true);
+    let (mut variance, mut is_from_body) = ((guess * radius).powi(2), true);
     let others = inputs.windows.iter().enumerate().filter(|(other, _)| *other != camera);
     let found = inputs.rangefinder(camera, pose).and_then(|seen| seen.place(&pixel));
     let found = found.filter(|(found, _)| (found - hit).norm() < REACH * radius);
     if let Some((found, metres)) = found {
         point.position = found;
-        (variance, is_guess) = (depth_noise(metres).powi(2), false);
+        (variance, is_from_body) = (depth_noise(metres).powi(2), false);
     }
     let others = others.filter(|_| found.is_none());
     for (other, window) in others {
@@ -229,7 +229,7 @@ fn point_at(
         {
             return None;
         }
-        (variance, is_guess) = (found, false);
+        (variance, is_from_body) = (found, false);
         break;
     }
     let mut extracted = SurfacePoint::extract(
@@ -240,8 +240,8 @@ fn point_at(
     )?;
     extracted.color = inputs.images[camera]?.rgb(pixel.x as usize, pixel.y as usize);
     let mut feature = Feature::new(extracted, variance);
-    feature.is_guessed = is_guess;
-    feature.by_motion = is_guess && inputs.relief.is_open;
+    feature.is_from_body = is_from_body;
+    feature.is_from_motion = is_from_body && inputs.relief.is_open;
     Some(feature)
 }
 

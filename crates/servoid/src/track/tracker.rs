@@ -211,7 +211,7 @@ impl Tracker {
         let (went_on, followed) = (self.trust.is_unbroken(), self.trust.was_followed());
         self.status = Status::Tracking;
         self.search.follow(expected, &hypothesis.pose, self.search_range());
-        let drifted = self.target.points.drift;
+        let drifted = self.target.points.drift_variance;
         let foreseen = self.motion.turn_variance_at(time_s, self.process_noise());
         self.follow_drift(hypothesis, Some(foreseen).filter(|_| !relocalized));
         if followed {

@@ -85,7 +85,7 @@ impl Tracker {
     pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
         let eyes = observation.world_from_camera[0];
         let object_from_camera = (hypothesis.pose.inverse() * eyes).rotation();
-        let adrift = self.target.points.drift > KEEP_KNOWN_RAD * KEEP_KNOWN_RAD;
+        let adrift = self.target.points.drift_variance > KEEP_KNOWN_RAD * KEEP_KNOWN_RAD;
         let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_started();
         let guesses = self.guesses();
         if !self.target.keyframes.is_new(&object_from_camera, (adrift, guesses)) {
@@ -248,7 +248,7 @@ impl Target {
             .keyframes
             .all
             .iter()
-            .flat_map(|one| one.sightings.iter().map(|seen| (seen.id, one.drift)));
+            .flat_map(|one| one.sightings.iter().map(|seen| (seen.id, one.drift_variance)));
         self.points.know_drift(drifts);
         self.keyframes.renew_former();
         self.ranges.know_drift(&self.keyframes);
@@ -264,7 +264,7 @@ impl Target {
                 continue;
             };
             let keyframe = &mut self.keyframes.all[at];
-            keyframe.drift = TOGETHER * TOGETHER * variance;
+            keyframe.drift_variance = TOGETHER * TOGETHER * variance;
             moves.push((*number, keyframe.world_from_object.inverse() * station.world_from_object));
         }
         moves

@@ -42,17 +42,17 @@ impl Tracker {
         let (points, radius) = (&mut self.target.points, self.target.solid.radius);
         let known = points.drift_seen(&self.workspace.matches, &hypothesis.toward, slip * slip);
         let lost = FOUND_RAD * FOUND_RAD;
-        let drift = known.unwrap_or(points.drift + foreseen.unwrap_or(lost));
+        let drift = known.unwrap_or(points.drift_variance + foreseen.unwrap_or(lost));
         if self.target.relief.is_open {
             let known = uncertainty(&hypothesis.normal, radius).covariance;
             // A relief estimated from motion may be a similar-looking wrong one, and cannot confirm
             // itself.
             let turn = known.fixed_view::<3, 3>(3, 3).trace();
-            points.noise = points.noise.max(TOGETHER.powi(2) * turn);
+            points.noise_variance = points.noise_variance.max(TOGETHER.powi(2) * turn);
         }
         // Where much is missed, an apparently known side may be another one.
         let is_clear = hypothesis.quality.share >= CLEAR;
-        points.drift = if is_clear { drift } else { drift.max(points.drift) };
+        points.drift_variance = if is_clear { drift } else { drift.max(points.drift_variance) };
     }
 
     /// Where sides are seen that are known better than those followed, turns back what was learned
@@ -60,7 +60,7 @@ impl Tracker {
     /// before, as a variance.
     pub(crate) fn close_loop(&mut self, expected: &Pose, hypothesis: &Hypothesis, before: f64) {
         let (least, left) = CLOSED;
-        let after = self.target.points.drift;
+        let after = self.target.points.drift_variance;
         if before < least * least || after > left * before || self.is_plain() {
             return;
         }
@@ -82,7 +82,7 @@ impl Tracker {
     /// images while the orientation may have drifted, and at growing intervals while more of the
     /// object is missed than usual.
     pub(crate) fn needs_rival(&mut self, quality: &Quality) -> bool {
-        let is_adrift = self.target.points.drift > ADRIFT_RAD * ADRIFT_RAD;
+        let is_adrift = self.target.points.drift_variance > ADRIFT_RAD * ADRIFT_RAD;
         let is_doubtful = quality.share < self.usual_share();
         let trust = &mut self.trust;
         trust.adrift = if is_adrift { trust.adrift + 1 } else { 0 };
@@ -95,7 +95,7 @@ impl Tracker {
 
     /// Returns the variance of the orientation with which a new point is learned.
     pub(crate) fn drift_of_new_points(&self) -> f64 {
-        self.target.points.drift + (STRAYS * self.motion.turn_sd()).powi(2)
+        self.target.points.drift_variance + (STRAYS * self.motion.turn_sd()).powi(2)
     }
 
     /// Returns the covariance of a pose due to drift, in the object's frame.

@@ -295,7 +295,7 @@ fn add_ranges(
     occlusion: &Occlusion,
 ) {
     let Some(seen) = inputs.rangefinder(camera, pose) else { return };
-    let residuals = inputs.ranges.residuals(&seen, (inputs.solid, inputs.points.drift));
+    let residuals = inputs.ranges.residuals(&seen, (inputs.solid, inputs.points.drift_variance));
     for (pixel, Residual { off, by_motion, information }) in residuals {
         let weight = information * (1.0 - occlusion.hides(camera, &pixel));
         normal.curvature += by_motion * by_motion.transpose() * weight;

@@ -17,7 +17,7 @@ pub(crate) struct Feature {
     pub(crate) variance: f64,
     /// Variance of the object's orientation since the first image when the point was detected, in
     /// square radians: it constrains the orientation no better.
-    pub(crate) drift: f64,
+    pub(crate) drift_variance: f64,
     /// Whether its distance came from the body alone when it was detected.
     pub(crate) is_from_body: bool,
     /// Whether its distance is estimated from motion alone.
@@ -40,7 +40,7 @@ impl Feature {
             further,
             origin,
             variance,
-            drift: 0.0,
+            drift_variance: 0.0,
             is_from_body: false,
             is_from_motion: false,
             proved: 0.0,
@@ -55,7 +55,7 @@ impl Feature {
         self.origin.keyframe = Some(keyframe);
         self.origin.position = pose.transform(&self.point.position);
         self.origin.toward = pose.rotation() * self.point.toward;
-        self.drift = drift;
+        self.drift_variance = drift;
     }
 
     /// Returns one of its templates, at its position.

@@ -20,7 +20,7 @@ pub(crate) struct Keyframe {
     /// Whether most of what was seen lay at guessed distances.
     pub(crate) guesses: bool,
     /// Variance of the object's orientation since the first image, in square radians.
-    pub(crate) drift: f64,
+    pub(crate) drift_variance: f64,
     /// Projection of the world into each camera.
     pub(crate) cameras: Vec<Option<Projection>>,
     pub(crate) sightings: Vec<Sighting>,
@@ -52,7 +52,7 @@ struct Former {
     /// The keyframe from which the object came.
     from: Option<usize>,
     world_from_object: Pose,
-    drift: f64,
+    drift_variance: f64,
 }
 
 /// The keyframes, in order of time.
@@ -151,7 +151,7 @@ impl Keyframes {
             step,
             is_given,
             guesses,
-            drift,
+            drift_variance: drift,
             cameras,
             sightings,
             object_from_camera,
@@ -173,10 +173,10 @@ impl Keyframes {
         let inner = 1..self.all.len() - 1;
         let least = inner.min_by(|&a, &b| nearest(a).total_cmp(&nearest(b))).unwrap_or(1);
         let dropped = self.all.remove(least);
-        let Keyframe { number, world_from_object, drift, .. } = dropped;
+        let Keyframe { number, world_from_object, drift_variance, .. } = dropped;
         let place = self.former.partition_point(|one| one.number < number);
         let from = dropped.step.map(|(from, _)| from);
-        self.former.insert(place, Former { number, from, world_from_object, drift });
+        self.former.insert(place, Former { number, from, world_from_object, drift_variance });
         if self.former.len() > MOST_FORMER {
             self.former.remove(0);
         }
@@ -201,7 +201,7 @@ impl Keyframes {
     pub(crate) fn renew_former(&mut self) {
         for at in 0..self.former.len() {
             if let Some(place) = self.place(self.former[at].number) {
-                self.former[at].drift = self.all[place].drift;
+                self.former[at].drift_variance = self.all[place].drift_variance;
             }
         }
     }
@@ -221,16 +221,17 @@ impl Keyframes {
     /// Returns the number of the last keyframe whose orientation variance does not exceed a bound:
     /// the drift occurred after it.
     pub(crate) fn last_known(&self, variance: f64) -> Option<usize> {
-        self.all.iter().rev().find(|one| one.drift <= variance).map(|one| one.number)
+        self.all.iter().rev().find(|one| one.drift_variance <= variance).map(|one| one.number)
     }
 
     /// Turns back the keyframes since one of them, each by its share of a motion that closes a
     /// loop; `drifts` are the variances of the orientation before and after that.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
         let former = self.former.iter_mut();
-        let former = former.map(|one| (one.number, &mut one.world_from_object, &mut one.drift));
+        let former =
+            former.map(|one| (one.number, &mut one.world_from_object, &mut one.drift_variance));
         let all = self.all.iter_mut();
-        let all = all.map(|one| (one.number, &mut one.world_from_object, &mut one.drift));
+        let all = all.map(|one| (one.number, &mut one.world_from_object, &mut one.drift_variance));
         for (_, pose, drift) in former.chain(all).filter(|(number, ..)| Some(*number) > since) {
             let (share, left) = bridged(*drift, drifts);
             *drift = left;

@@ -45,10 +45,10 @@ pub(crate) struct Points {
     pub(crate) features: Vec<Feature>,
     /// Variance of the object's orientation since the first image, by the points that were seen
     /// last.
-    pub(crate) drift: f64,
+    pub(crate) drift_variance: f64,
     /// Additional variance: the largest due to noise in an image in which distances come from
     /// motion alone.
-    pub(crate) noise: f64,
+    pub(crate) noise_variance: f64,
     next: usize,
     /// Numbers of the points that were recognised last.
     pub(super) seen: Vec<usize>,
@@ -166,8 +166,8 @@ impl Points {
     /// closes a loop; `drifts` are the variances of the orientation before and after that.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
         for feature in self.features.iter_mut().filter(|feature| feature.origin.keyframe >= since) {
-            let (share, left) = bridged(feature.drift, drifts);
-            feature.drift = left;
+            let (share, left) = bridged(feature.drift_variance, drifts);
+            feature.drift_variance = left;
             if share > 0.0 {
                 feature.move_by(&Pose::exp(&(-off * share)));
             }
@@ -219,7 +219,7 @@ impl Points {
         }
         for (feature, drift) in self.features.iter_mut().zip(drifts) {
             if drift.is_finite() {
-                feature.drift = drift;
+                feature.drift_variance = drift;
             }
         }
     }
@@ -228,7 +228,7 @@ impl Points {
     /// orientation when it was learned beyond that of the points seen last. `by_motion` is the
     /// derivative of the pixel by the object's motion.
     pub(crate) fn strayed(&self, point: usize, by_motion: &Matrix2x6<f64>) -> Matrix2<f64> {
-        let excess = (self.features[point].drift - self.drift).max(0.0);
+        let excess = (self.features[point].drift_variance - self.drift_variance).max(0.0);
         let by_turn = by_motion.fixed_view::<2, 3>(0, 3);
         by_turn * by_turn.transpose() * (excess / 3.0)
     }
@@ -344,7 +344,7 @@ mod tests {
         };
         let learned = |drift: f64| {
             let mut feature = Feature::new(point, 1e-8);
-            feature.drift = drift;
+            feature.drift_variance = drift;
             feature
         };
         let mut points = Points::of(vec![learned(0.0), learned(after), learned(before)]);
@@ -359,6 +359,6 @@ mod tests {
             (Pose::exp(&off).transform(&newest.point.position) - point.position).norm() < 1e-12
         );
         assert!((Pose::exp(&off).rotation() * newest.point.toward - point.toward).norm() < 1e-12);
-        assert!((newest.drift - after).abs() < 1e-12);
+        assert!((newest.drift_variance - after).abs() < 1e-12);
     }
 }

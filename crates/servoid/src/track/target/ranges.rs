@@ -23,7 +23,7 @@ pub(crate) struct Range {
     /// Variance of its position along the normal, in square metres, and of the object's orientation
     /// since the first image, in square radians.
     variance: f64,
-    drift: f64,
+    drift_variance: f64,
     record: Record,
 }
 
@@ -91,7 +91,7 @@ impl Ranges {
             }
             let Some(found) = measured(seen, solid, &pixel) else { continue };
             if !self.is_known(&found, RANGES_APART * solid.radius) {
-                self.all.push(Range { keyframe, drift, ..found });
+                self.all.push(Range { keyframe, drift_variance: drift, ..found });
             }
         }
     }
@@ -133,7 +133,7 @@ impl Ranges {
             let way = (seen.eye - one.position).normalize();
             let by_turn = one.position.cross(&one.normal);
             let noise = (depth_noise(metres) * way.dot(&one.normal)).powi(2) + one.variance;
-            let strayed = (one.drift - drift).max(0.0) / 3.0 * by_turn.norm_squared();
+            let strayed = (one.drift_variance - drift).max(0.0) / 3.0 * by_turn.norm_squared();
             let variance = noise + strayed;
             let most = (FARTHEST.0 * variance.sqrt()).max(FARTHEST.1 * solid.radius);
             let mut by_motion = Vector6::zeros();
@@ -150,7 +150,7 @@ impl Ranges {
     pub(crate) fn know_drift(&mut self, keyframes: &Keyframes) {
         for one in &mut self.all {
             if let Some(at) = keyframes.place(one.keyframe) {
-                one.drift = one.drift.min(keyframes.all[at].drift);
+                one.drift_variance = one.drift_variance.min(keyframes.all[at].drift_variance);
             }
         }
     }
@@ -166,8 +166,8 @@ impl Ranges {
     /// closes a loop.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
         for one in self.all.iter_mut().filter(|one| Some(one.keyframe) >= since) {
-            let (share, left) = bridged(one.drift, drifts);
-            one.drift = left;
+            let (share, left) = bridged(one.drift_variance, drifts);
+            one.drift_variance = left;
             if share > 0.0 {
                 one.move_by(&Pose::exp(&(-off * share)));
             }
@@ -212,8 +212,9 @@ fn measured(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Opti
     let facing = -normal.dot(&way);
     let near = (hit.point - position).norm() < REACH * solid.radius;
     let variance = (depth_noise(metres) * facing).powi(2);
-    let (keyframe, drift, record) = (0, 0.0, Record::new());
-    let range = Range { position, normal, toward: -way, keyframe, variance, drift, record };
+    let (keyframe, drift_variance, record) = (0, 0.0, Record::new());
+    let range =
+        Range { position, normal, toward: -way, keyframe, variance, drift_variance, record };
     (near && facing > FACING).then_some(range)
 }
 

@@ -30,14 +30,15 @@ impl Points {
             if slip < PROVES * PROVES {
                 feature.proved = feature.proved.max(turned);
             }
-            self.drifts.push(feature.drift + 0.5 * slip * (turned - feature.proved).max(0.0));
+            self.drifts
+                .push(feature.drift_variance + 0.5 * slip * (turned - feature.proved).max(0.0));
         }
         median(&mut self.drifts)
     }
 
     /// Returns the variance of the orientation since the first image.
     pub(crate) fn turn_variance(&self) -> f64 {
-        self.drift + self.noise
+        self.drift_variance + self.noise_variance
     }
 }
 

@@ -66,7 +66,7 @@ impl Tracker {
             self.points_in_view(&world_from_object);
         }
         self.update_ranges(observation, &world_from_object, masks);
-        let hypothesis = self.get_used_to(observation, &world_from_object);
+        let hypothesis = self.set_reference(observation, &world_from_object);
         // The pose is given, so the residual of the outline at it is its bias.
         self.target.bias.update_at(&hypothesis.toward, hypothesis.normal.outline);
         if self.is_patterned(&hypothesis.quality) || self.is_plain() {
@@ -122,7 +122,7 @@ impl Tracker {
         let found = hypothesis.pose;
         // The last pose says nothing about the current motion.
         self.status = Status::Searching;
-        self.settle(observation.time_s, &found, &hypothesis, self.settings.trusted);
+        self.accept_or_miss(observation.time_s, &found, &hypothesis, self.settings.trusted);
         let estimate = self.estimate(observation, &hypothesis);
         // Even if it is not trusted, the best guess is better than the last pose.
         let timing = clock.timing();
@@ -148,16 +148,16 @@ impl Tracker {
     }
 
     /// Takes what is observed at a pose as the reference.
-    fn get_used_to(&mut self, observation: &Observation<'_>, pose: &Pose) -> Hypothesis {
+    fn set_reference(&mut self, observation: &Observation<'_>, pose: &Pose) -> Hypothesis {
         let eye = observation.world_from_camera[0].translation();
         self.target.reference.distance = (pose.translation() - eye).norm();
         self.target.reference.area =
             self.area(pose) * self.target.reference.distance * self.target.reference.distance;
         // Colours count only once there is a reference for them.
-        let colors = self.weigh(observation, pose, None).quality;
+        let colors = self.evaluate(observation, pose, None).quality;
         (self.target.reference.ratio, self.target.reference.outline) =
             (colors.ratio, colors.outline);
-        let hypothesis = self.weigh(observation, pose, None);
+        let hypothesis = self.evaluate(observation, pose, None);
         self.target.reference.support = hypothesis.quality.support;
         self.target.reference.recognised = hypothesis.quality.recognised;
         self.target.reference.begin(&hypothesis.quality);

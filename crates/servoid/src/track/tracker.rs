@@ -108,7 +108,7 @@ impl Tracker {
     pub fn step(&mut self, observation: &Observation<'_>) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
-        if !self.trust.is_started() && !self.target.knows_a_look() {
+        if !self.trust.is_started() && !self.target.has_appearance() {
             return Err(TrackError::NotStarted);
         }
         self.take_adjusted();
@@ -120,13 +120,13 @@ impl Tracker {
         let mut hypothesis = Hypothesis::nothing(expected, self.target.solid.radius);
         let (mut least, mut evaluations) = (self.least_share(), 0);
         let visible = self.open_windows(observation, &expected, self.margin());
-        self.foresee_blur(&expected);
+        self.predict_blur(&expected);
         clock.lap(|timing| &mut timing.prepare);
         if visible {
             let (guess, scored) = self.search_around(observation, &expected, &clock)?;
             evaluations += scored;
             clock.lap(|timing| &mut timing.search);
-            hypothesis = self.precise(observation, &expected, &guess);
+            hypothesis = self.refined(observation, &expected, &guess);
             clock.lap(|timing| &mut timing.refine);
         }
         if self.status == Status::Tracking {
@@ -146,7 +146,7 @@ impl Tracker {
             }
             clock.lap(|timing| &mut timing.search);
         }
-        self.settle(observation.time_s, &expected, &hypothesis, least);
+        self.accept_or_miss(observation.time_s, &expected, &hypothesis, least);
         self.note_newest(observation);
         if self.status == Status::Tracking {
             self.workspace.occlusion.remember();
@@ -190,7 +190,7 @@ impl Tracker {
     }
 
     /// Accepts a hypothesis whose share is at least `least`, or else counts a miss.
-    pub(super) fn settle(
+    pub(super) fn accept_or_miss(
         &mut self,
         time_s: f64,
         expected: &Pose,

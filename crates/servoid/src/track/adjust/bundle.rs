@@ -21,13 +21,13 @@ pub(crate) struct Bundle {
 pub(crate) struct Station {
     pub(crate) world_from_object: Pose,
     /// `None` fixes the pose.
-    pub(crate) belief: Option<Belief>,
+    pub(crate) prior: Option<KeyframePrior>,
 }
 
 /// The prior of a keyframe: a motion that leads to it, from an earlier one or from the world's
 /// frame, and its information about a small motion in the object's frame.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Belief {
+pub(crate) struct KeyframePrior {
     pub(crate) from: Option<usize>,
     pub(crate) motion: Pose,
     pub(crate) information: Matrix6<f64>,
@@ -144,8 +144,8 @@ impl Bundle {
             Some(robust(off.norm_squared()).0)
         });
         let beliefs = self.keyframes.iter().filter_map(|one| {
-            let (belief, off) = (one.belief?, self.off(one)?);
-            Some(robust(off.dot(&(belief.information * off))).0)
+            let (prior, off) = (one.prior?, self.off(one)?);
+            Some(robust(off.dot(&(prior.information * off))).0)
         });
         sightings.sum::<f64>() + anchors.sum::<f64>() + beliefs.sum::<f64>()
     }
@@ -172,9 +172,9 @@ impl Bundle {
 
     /// Returns the motion, in the object's frame, by which a keyframe deviates from its prior.
     pub(super) fn off(&self, station: &Station) -> Option<Twist> {
-        let belief = station.belief?;
-        let from = belief.from.map_or_else(Pose::identity, |i| self.keyframes[i].world_from_object);
-        Some((station.world_from_object.inverse() * from * belief.motion).log())
+        let prior = station.prior?;
+        let from = prior.from.map_or_else(Pose::identity, |i| self.keyframes[i].world_from_object);
+        Some((station.world_from_object.inverse() * from * prior.motion).log())
     }
 
     /// Writes the bundle after these motions into a copy, which has the same observations.
@@ -186,7 +186,7 @@ impl Bundle {
     ) {
         out.keyframes.clone_from(&self.keyframes);
         out.landmarks.clone_from(&self.landmarks);
-        let free = out.keyframes.iter_mut().filter(|one| one.belief.is_some());
+        let free = out.keyframes.iter_mut().filter(|one| one.prior.is_some());
         for (place, station) in free.enumerate() {
             let motion: Twist = motions.fixed_rows::<6>(6 * place).into();
             let moved = station.world_from_object * Pose::exp(&motion);
@@ -250,9 +250,9 @@ pub(super) fn scene(seed: u64, off: f64) -> Bundle {
         let start = from.map_or_else(Pose::identity, |from| truth[from]);
         let motion = start.inverse() * *pose * Pose::exp(&(noise * 0.1));
         let information = Matrix6::identity() * 100.0;
-        let belief = (at > 0).then_some(Belief { from, motion, information });
+        let prior = (at > 0).then_some(KeyframePrior { from, motion, information });
         let moved = *pose * Pose::exp(&if at > 0 { noise } else { Twist::zeros() });
-        bundle.keyframes.push(Station { world_from_object: moved, belief });
+        bundle.keyframes.push(Station { world_from_object: moved, prior });
     }
     bundle
 }

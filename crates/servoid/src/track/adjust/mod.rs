@@ -7,7 +7,7 @@ mod worker;
 
 use nalgebra::{Matrix6, Vector6};
 
-use self::bundle::{Anchor, Belief, Bundle, Landmark, Sighting, Solution, Station};
+use self::bundle::{Anchor, Bundle, KeyframePrior, Landmark, Sighting, Solution, Station};
 pub(super) use self::worker::Job;
 use super::estimate::Notice;
 use super::frame::window::Window;
@@ -295,8 +295,8 @@ fn station(all: &[Keyframe], at: usize, one: &Keyframe, radius: f64) -> Station 
     };
     let (place, turn) = ((PLACE * radius * turn).powi(-2), turn.powi(-2));
     let diagonal = Vector6::new(place, place, place, turn, turn, turn);
-    let belief = Belief { from, motion, information: Matrix6::from_diagonal(&diagonal) };
-    Station { world_from_object: one.world_from_object, belief: (!one.is_given).then_some(belief) }
+    let prior = KeyframePrior { from, motion, information: Matrix6::from_diagonal(&diagonal) };
+    Station { world_from_object: one.world_from_object, prior: (!one.is_given).then_some(prior) }
 }
 
 #[cfg(test)]

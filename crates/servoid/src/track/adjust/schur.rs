@@ -37,7 +37,7 @@ impl Reduced {
             .keyframes
             .iter()
             .map(|one| {
-                one.belief.map(|_| {
+                one.prior.map(|_| {
                     count += 1;
                     count - 1
                 })
@@ -119,15 +119,15 @@ impl Reduced {
 
     fn add_beliefs(&mut self, bundle: &Bundle) {
         for (index, station) in bundle.keyframes.iter().enumerate() {
-            let (Some(at), Some(belief), Some(off)) =
-                (self.free[index], station.belief, bundle.off(station))
+            let (Some(at), Some(prior), Some(off)) =
+                (self.free[index], station.prior, bundle.off(station))
             else {
                 continue;
             };
-            let weighted = belief.information * robust(off.dot(&(belief.information * off))).1;
+            let weighted = prior.information * robust(off.dot(&(prior.information * off))).1;
             add(&mut self.curvature, (at, at), weighted);
             add_to(&mut self.slope, at, weighted * off);
-            let Some((from, other)) = belief.from.and_then(|i| Some((i, self.free[i]?))) else {
+            let Some((from, other)) = prior.from.and_then(|i| Some((i, self.free[i]?))) else {
                 continue;
             };
             let between: Pose =

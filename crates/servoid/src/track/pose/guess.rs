@@ -30,7 +30,7 @@ pub(crate) struct Ray {
 impl Distance {
     /// Adds what a match says about the pose, marginalised over the point's position on its ray;
     /// returns what it says about that position.
-    pub(crate) fn taken_out(
+    pub(crate) fn marginalized(
         at: usize,
         normal: &mut Normal,
         by_motion: &Matrix2x6<f64>,
@@ -91,7 +91,7 @@ mod tests {
             let before = normal.curvature;
             let ray = Ray { along, moved, variance };
             let measured = (information, information * off);
-            let distance = Distance::taken_out(0, &mut normal, &by_motion, measured, &ray);
+            let distance = Distance::marginalized(0, &mut normal, &by_motion, measured, &ray);
             let step = normal.curvature.cholesky().unwrap().solve(&normal.slope);
             // All seven unknowns at once.
             let mut all = nalgebra::SMatrix::<f64, 2, 7>::zeros();

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::align::align;
-use super::refine::{Evaluated, Normal, look_at, refine, toward};
+use super::refine::{Evaluated, Normal, evaluate_at, refine, toward};
 use super::search::{Deviation, Probes, Scorer};
 use super::verify::{Quality, verify};
 use crate::camera::{Observation, Pyramid};
@@ -129,7 +129,7 @@ impl Tracker {
     }
 
     /// Decides whether the object may move so fast that its image is blurred.
-    pub(crate) fn foresee_blur(&mut self, expected: &Pose) {
+    pub(crate) fn predict_blur(&mut self, expected: &Pose) {
         // A pose that jumped must not be verified by coarse resolutions alone, unless all else is
         // lost.
         self.frame.is_blurred = self.target.relief.is_open
@@ -158,7 +158,7 @@ impl Tracker {
 
     /// Refines a guess. If the result is doubtful, refines it from other starts and resolutions as
     /// well, and keeps the best supported pose.
-    pub(crate) fn precise(
+    pub(crate) fn refined(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
@@ -184,7 +184,7 @@ impl Tracker {
                 }
             }
             // The matches left in the workspace must belong to the pose that is kept.
-            hypothesis = self.weigh(observation, &hypothesis.pose, prior);
+            hypothesis = self.evaluate(observation, &hypothesis.pose, prior);
         }
         if self.status != Status::Tracking {
             self.penalize_unrecognised(&mut hypothesis);
@@ -206,14 +206,14 @@ impl Tracker {
     }
 
     /// Verifies a pose without refining it.
-    pub(in crate::track) fn weigh(
+    pub(in crate::track) fn evaluate(
         &mut self,
         observation: &Observation<'_>,
         pose: &Pose,
         prior: Option<&Prior>,
     ) -> Hypothesis {
         let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
-        let found = look_at(&inputs, *pose, prior, &mut self.workspace);
+        let found = evaluate_at(&inputs, *pose, prior, &mut self.workspace);
         Hypothesis::new(&inputs, &found, verify(&inputs, &found, &self.workspace))
     }
 }

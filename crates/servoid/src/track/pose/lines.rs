@@ -115,7 +115,7 @@ mod tests {
     fn a_line_whose_colours_say_nothing_adds_nothing() {
         for level in 0..LINES.len() {
             let (sum, outline) = added(level, |_| 0.0);
-            assert!(sum.outline.0.amax() < 1e-9 * sum.belief.amax());
+            assert!(sum.outline.0.amax() < 1e-9 * sum.prior.amax());
             assert!(outline.1 < 1e-9 && sum.outline.1.amax() < 1e-9, "{outline:?}");
         }
     }

@@ -24,7 +24,7 @@ use crate::track::target::solid::Rims;
 pub(crate) struct Normal {
     pub(crate) curvature: Matrix6<f64>,
     /// The part of the curvature that does not come from images.
-    pub(crate) belief: Matrix6<f64>,
+    pub(crate) prior: Matrix6<f64>,
     pub(crate) slope: Vector6<f64>,
     /// Information of the outline, with its bias.
     pub(crate) outline: Information,
@@ -95,11 +95,11 @@ impl Normal {
     pub(crate) fn new(radius: f64) -> Self {
         let (across, turn) = ((0.3 * radius).powi(-2), 0.5_f64.powi(-2));
         let diagonal = Vector6::new(across, across, across, turn, turn, turn);
-        let belief = Matrix6::from_diagonal(&diagonal);
+        let prior = Matrix6::from_diagonal(&diagonal);
         let none = (Matrix6::zeros(), Vector6::zeros());
         Self {
-            curvature: belief,
-            belief,
+            curvature: prior,
+            prior,
             slope: none.1,
             outline: none,
             freed: none,
@@ -171,7 +171,7 @@ pub(crate) fn refine(
 
 /// Compares what should be visible at a pose with the images, without moving the pose; the matches
 /// remain in the workspace.
-pub(crate) fn look_at(
+pub(crate) fn evaluate_at(
     inputs: &Inputs<'_>,
     pose: Pose,
     prior: Option<&Prior>,
@@ -214,7 +214,7 @@ fn linearize(
     let mut sum = Evaluated::nothing(pose, inputs.solid.radius);
     if let Some((information, pull)) = prior.map(|prior| prior.at(&pose)) {
         sum.normal.curvature += information;
-        sum.normal.belief += information;
+        sum.normal.prior += information;
         sum.normal.slope += pull;
     }
     let (mut camera, mut eye) = (usize::MAX, None);
@@ -336,7 +336,7 @@ fn add_point(
     if is_free {
         let ray = Ray { along, moved, variance };
         let measured = (shift.information * weight, shift.pull * weight);
-        return Some(Distance::taken_out(at, normal, &by_motion, measured, &ray));
+        return Some(Distance::marginalized(at, normal, &by_motion, measured, &ray));
     }
     normal.curvature += by_motion.tr_mul(&(shift.information * by_motion)) * weight;
     normal.slope += by_motion.tr_mul(&shift.pull) * weight;

@@ -24,10 +24,10 @@ pub(crate) fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
 /// learned.
 pub(crate) fn uncertainty(normal: &Normal, radius: f64) -> Uncertainty {
     let normal = normal.without_edges();
-    let images = normal.curvature - normal.belief + Normal::new(radius).belief;
+    let images = normal.curvature - normal.prior + Normal::new(radius).prior;
     let covariance = inverse(&images).unwrap_or_else(Matrix6::identity);
     let units = Matrix6::from_diagonal(&Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0));
-    let information = units * (normal.curvature - normal.belief) * units;
+    let information = units * (normal.curvature - normal.prior) * units;
     let eigen = SymmetricEigen::new(information);
     let observable = |i: usize| eigen.eigenvalues[i] > OPEN.powi(-2);
     let open = |i: &usize| !observable(*i);

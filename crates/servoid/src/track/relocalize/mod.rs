@@ -69,7 +69,7 @@ impl Tracker {
         self.open_windows(observation, &hypothesis.pose, MARGIN);
         self.points_in_view(&hypothesis.pose);
         let prior = self.motion.prior(observation.time_s, self.process_noise());
-        *hypothesis = self.weigh(observation, &hypothesis.pose, Some(&prior));
+        *hypothesis = self.evaluate(observation, &hypothesis.pose, Some(&prior));
         Ok(evaluations)
     }
 

@@ -66,7 +66,7 @@ impl Target {
     }
 
     /// Returns whether anything is known of the object's appearance.
-    pub(super) fn knows_a_look(&self) -> bool {
+    pub(super) fn has_appearance(&self) -> bool {
         let colors = [Channels::Grey, Channels::Rgb].map(|kind| self.colors.know_object(kind));
         colors.contains(&true) || self.colors.are_known() || !self.points.features.is_empty()
     }

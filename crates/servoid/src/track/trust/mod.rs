@@ -383,14 +383,14 @@ pub(crate) mod tests {
         let mut tracker = tracker(Status::Searching, 60.0);
         let like = hypothesis(quality(0.8, 50.0)); // most of the print, and less than usual
         for time in 0..100 {
-            tracker.settle(f64::from(time), &Pose::identity(), &like, 0.5);
+            tracker.accept_or_miss(f64::from(time), &Pose::identity(), &like, 0.5);
             assert_eq!(tracker.status, Status::Tracking);
             assert!(!tracker.is_located(&like.quality));
             let taught = tracker.allowed_updates(&like.quality);
             assert_eq!(taught, Updates { colors: false, surface: false, whole: false });
         }
         let itself = hypothesis(quality(0.95, 55.0));
-        tracker.settle(100.0, &Pose::identity(), &itself, 0.5);
+        tracker.accept_or_miss(100.0, &Pose::identity(), &itself, 0.5);
         assert!(tracker.is_located(&itself.quality));
         assert!(tracker.is_located(&like.quality), "what was proved stays so");
     }

@@ -219,16 +219,15 @@ fn linearize(
     }
     let (mut camera, mut eye) = (usize::MAX, None);
     workspace.distances.clear();
-    for Match { view, agreement, level, pixel, at, moved } in &workspace.matches {
+    for Match { view, agreement, level: matched_level, pixel, at, moved } in &workspace.matches {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
             if view.camera != camera {
                 let seen = inputs.windows[view.camera].projection(&pose);
                 (camera, eye) = (view.camera, seen.and_then(|seen| seen.eye()));
             }
             let shows = 1.0 - workspace.occlusion.hides(view.camera, pixel);
-            let point = (*view, *at, *moved);
-            let found =
-                add_point(&mut sum.normal, inputs, point, (agreement, *level), (shows, eye));
+            let (point, matched) = ((*view, *at, *moved), (agreement, *matched_level));
+            let found = add_point(&mut sum.normal, inputs, point, matched, (shows, eye));
             workspace.distances.extend(found);
         }
     }

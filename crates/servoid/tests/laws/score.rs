@@ -287,8 +287,6 @@ fn colours_score_by_their_likelihood_ratio() {
     assert_eq!(model.score(unseen), 0.0);
     let map = ScoreMap::from_colors(&image, &model, 2);
     assert_eq!((map.rows(), map.score(0, 3)), (10, model.score(object)));
-    let from_mask = ScoreMap::from_mask(&mask, 1);
-    assert_eq!((from_mask.score(0, 0), from_mask.score(1, 0)), (1.0, -1.0));
 }
 
 #[test]

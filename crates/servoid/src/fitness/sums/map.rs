@@ -1,4 +1,4 @@
-use crate::camera::{Channels, ImageView, Mask, RigError, check_image_size};
+use crate::camera::{Channels, ImageView, RigError, check_image_size};
 
 use crate::fitness::ColorModel;
 
@@ -73,16 +73,6 @@ impl ScoreMap {
             // Pixels without a score count nothing, and neither does the entry behind the last.
             out[seen + 1..].fill(sum as f32);
         }
-    }
-
-    /// Makes the map that scores +1 on the object and -1 beside it. // Eq. (7)
-    #[must_use]
-    pub fn from_mask(mask: &Mask<'_>, stride: usize) -> Self {
-        let one = quanta(1.0);
-        let image = mask.image();
-        Self::from_rows(image.size_px(), stride, |v| {
-            image.row(v).iter().map(move |&m| if m == 0 { -one } else { one })
-        })
     }
 
     /// Makes the map of given scores, row by row, rounded to [`ScoreMap::QUANTUM`] and clamped to

@@ -19,7 +19,8 @@ pub struct Settings {
     pub seed: u64,
     /// Worker threads; 0 uses as many as the machine has. The result does not depend on it.
     pub threads: usize,
-    /// Independent searches for each new ellipsoid.
+    /// Independent searches for each new ellipsoid. From a mesh or range samples, a value of its own
+    /// replaces this one, `splits`, `reseeds`, `lines` and `overshoot`.
     pub islands: usize,
     /// Splits of existing ellipsoids that are tried for each new one.
     pub splits: usize,
@@ -75,14 +76,17 @@ impl Settings {
         Self { lines: 1, islands: 2, splits: 2, reseeds: 0, overshoot: 0, ..self }
     }
 
-    /// Returns settings for a shorter search: a volume constrains more than outlines do, and costs
-    /// more to score.
+    /// Replaces `lines`, `islands`, `splits`, `reseeds` and `overshoot` by the values for a mesh: a
+    /// volume constrains more than outlines do, and costs more to score, so that no round removes
+    /// ellipsoids and searches them anew. Up to [`FEW`] ellipsoids, lines of growth cost little, and
+    /// there are more of them than by default.
     pub(super) fn for_solids(self) -> Self {
         let lines = if self.max_ellipsoids > FEW { 2 } else { 4 };
         Self { lines, islands: 3, splits: 3, reseeds: 0, overshoot: 1, ..self }
     }
 
-    /// Returns settings for an even shorter search: measured points determine the surface.
+    /// Replaces the same five by the values of a shorter search: measured points determine the
+    /// surface.
     pub(super) fn for_samples(self) -> Self {
         Self { lines: 2, islands: 2, splits: 2, reseeds: 0, overshoot: 1, ..self }
     }

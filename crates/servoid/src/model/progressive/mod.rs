@@ -36,7 +36,9 @@ pub type Progress<'a> = &'a mut (dyn FnMut(usize, f64, f64) -> bool + Send);
 /// Models an object by the paper's progressive flow (Fig. 1, Sec. 2.2).
 ///
 /// Returns one step for each number of ellipsoids, up to the one after which F no longer rises by
-/// δ. The overlap with the masks never decreases from step to step.
+/// δ. The overlap with the masks never decreases from step to step. From a mesh or range samples,
+/// the settings `islands`, `splits`, `reseeds`, `lines` and `overshoot` are not those given, but the
+/// ones chosen for that evidence.
 ///
 /// # Errors
 /// If the evidence is insufficient, its views see no common point, none of it has a weight, or a

@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_stamp_is_told_to_a_millisecond_if_a_clock_can_say_it() {
+    fn a_time_stamp_is_written_to_a_millisecond_if_a_clock_can_show_it() {
         assert_eq!(Seconds(1_795_000_000.033).to_string(), "1795000000.033");
         assert_eq!(Seconds(-0.5).to_string(), "-0.500");
         assert_eq!(Seconds(1e308).to_string(), "1e308");

@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_told_from_the_pattern_beneath_it() {
+    fn the_standard_deviation_of_noise_is_estimated_beneath_a_pattern() {
         for noise in [2.0, 4.0, f64::from(NOISY) - 0.5] {
             let estimated = f64::from(drawn(noise).denoise());
             assert!((0.8..1.25).contains(&(estimated / noise)), "{estimated} of {noise}");

@@ -176,7 +176,7 @@ fn where_nothing_is_known_every_place_is_as_likely() {
 }
 
 #[test]
-fn a_line_that_leaves_the_image_says_nothing() {
+fn a_line_that_leaves_the_image_gives_no_boundary() {
     let point = line(Vector2::x());
     let score = |u: f64, _: f64| (u < 104.5).then_some(1.0);
     assert_eq!(boundary(&point, (6, 1.0), score), None);

@@ -260,7 +260,7 @@ fn a_filled_grid_holds_the_meshs_volume_however_it_is_turned() {
 }
 
 #[test]
-fn a_mesh_that_holds_nothing_or_is_open_is_refused_in_words() {
+fn a_mesh_that_encloses_nothing_or_is_open_is_refused_with_the_reason() {
     let (corners, faces) = cube(0.3);
     let refusal = |corners: &[[f64; 3]], faces: &[[usize; 3]]| {
         Mesh::new(corners.to_vec(), faces.to_vec()).unwrap_err().to_string()

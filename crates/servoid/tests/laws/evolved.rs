@@ -94,7 +94,7 @@ fn a_body_that_fits_stays() {
 }
 
 #[test]
-fn an_ellipsoid_that_nothing_speaks_for_is_given_up() {
+fn an_ellipsoid_without_evidence_is_removed() {
     holds("evolving one inside");
     holds("evolving one that floats");
 }

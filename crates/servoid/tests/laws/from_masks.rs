@@ -91,17 +91,17 @@ fn a_body_is_placed_back_where_its_masks_were_drawn() {
 }
 
 #[test]
-fn one_mask_tells_the_turn_too() {
+fn one_mask_determines_the_orientation_too() {
     holds_for("placing in one mask", 0..3);
 }
 
 #[test]
-fn colours_tell_turns_apart_that_look_alike() {
+fn colours_distinguish_orientations_with_similar_outlines() {
     holds_for("placing by colours", 0..4);
 }
 
 #[test]
-fn where_a_body_is_said_to_be_counts_for_nothing_and_the_same_seed_gives_the_same_bits() {
+fn the_pose_in_the_body_is_ignored_and_the_same_seed_gives_the_same_bits() {
     let masks = drawn(&hand().at(somewhere(2)));
     let first = placed(&hand(), &masks, 7).unwrap();
     let again = rayon_alone(|| placed(&hand().at(somewhere(4)), &masks, 7).unwrap());

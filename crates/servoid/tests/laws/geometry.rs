@@ -91,7 +91,7 @@ fn cameras_that_cannot_exist_are_refused() {
 }
 
 #[test]
-fn masks_know_their_object_or_are_refused() {
+fn masks_measure_their_object_and_are_refused_without_one_or_without_background() {
     let look = |bytes: &[u8]| {
         Mask::new(ImageView::new(bytes, [4, 3], Channels::Grey)?)
             .map(|m| (m.area_px(), m.bounds_px(), m.centroid_px()))
@@ -105,7 +105,7 @@ fn masks_know_their_object_or_are_refused() {
 }
 
 #[test]
-fn a_rig_that_turns_its_eyes_says_where_each_camera_is() {
+fn a_rig_whose_cameras_turn_gives_the_pose_of_each() {
     let camera = Camera::new([4, 3], [3.0; 2], [1.5, 1.0]).unwrap();
     let [left, right] = [-0.1, 0.1].map(|x| Pose::exp(&Vector6::new(x, 0.0, 0.0, 0.0, 0.0, 0.0)));
     let rig = Rig::new(vec![camera; 2], vec![left, right]).unwrap();

@@ -111,7 +111,7 @@ proptest! {
     }
 
     #[test]
-    fn a_map_says_where_the_lens_shows_what_the_ideal_camera_sees(
+    fn a_map_gives_the_pixel_of_the_lens_for_each_pixel_of_the_ideal_camera(
         distortion in usual(), tilt in -0.6..0.6_f64, u in 0_usize..64, v in 0_usize..48,
     ) {
         let lens = lens(distortion);

@@ -42,7 +42,7 @@ fn agree(one: &MassProperties, two: &MassProperties, share: f64) -> bool {
 }
 
 #[test]
-fn overlapping_balls_weigh_what_spherical_caps_say() {
+fn overlapping_balls_have_the_volume_that_spherical_caps_give() {
     for apart in [0.3_f64, 1.0, 1.7, 1.99] {
         let cap = 1.0 - apart / 2.0;
         let lens = 2.0 * PI * cap * cap * (3.0 - cap) / 3.0;

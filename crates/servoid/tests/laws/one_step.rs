@@ -146,7 +146,7 @@ fn genes_of_place_never_turn_the_object() {
 }
 
 #[test]
-fn an_orientation_that_is_told_is_held_from_then_on() {
+fn a_given_orientation_is_held_from_then_on() {
     let mut tracker = started(&egg(), swing(0), place());
     let given = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, 0.5, -0.2));
     tracker.set_orientation(given).unwrap();
@@ -279,7 +279,7 @@ fn the_spin_of_a_body_of_revolution_is_left_open_and_that_of_a_duck_is_not() {
 }
 
 #[test]
-fn what_cannot_be_tracked_is_an_error_that_says_so() {
+fn what_cannot_be_tracked_is_an_error() {
     let cameras = [camera(), camera()];
     let new = |settings| OneStep::new(&cameras, &egg(), settings).err();
     let points = |count, alpha| Objective::Points { count, alpha: Margin::Share(alpha) };

@@ -226,7 +226,7 @@ proptest! {
 }
 
 #[test]
-fn directions_say_how_far_the_eye_is() {
+fn directions_determine_the_distance_of_the_eye() {
     let points = [[1.0, 2.0, 3.0]; 3];
     let given = [[0.0, 3.0, 4.0], [0.0, -1e-9, 0.0], [f64::MAX, f64::MAX, 0.0]];
     let samples = RangeSample::join(&points, &given).unwrap();

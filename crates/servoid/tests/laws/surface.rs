@@ -148,7 +148,7 @@ proptest! {
     }
 
     #[test]
-    fn a_patch_that_is_not_wholly_inside_says_nothing(
+    fn a_patch_that_is_not_wholly_inside_gives_no_agreement(
         u in -50.0..210.0_f64, v in -50.0..170.0_f64,
     ) {
         let mut point = learned([80.0, 60.0], 100.0).unwrap();
@@ -251,7 +251,7 @@ fn a_point_follows_a_plane_that_turns_and_comes_nearer() {
 }
 
 #[test]
-fn a_plain_surface_and_one_seen_edge_on_teach_no_point() {
+fn no_point_is_learned_from_a_plain_surface_or_one_seen_edge_on() {
     let (place, back) = (camera().ray([80.0, 60.0]), -Vector3::z());
     let plain = pyramid(&vec![90; SIZE[0] * SIZE[1]]);
     let found = SurfacePoint::extract(&projection(), &plain, [place, back, back], (1.0, 100.0));

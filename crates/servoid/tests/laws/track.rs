@@ -137,7 +137,7 @@ fn an_object_that_is_gone_is_lost_and_found_again_when_it_is_back() {
 }
 
 #[test]
-fn an_object_that_is_half_hidden_is_followed_and_said_to_be() {
+fn an_object_that_is_half_hidden_is_followed_and_reported_as_hidden() {
     holds("track half hidden");
 }
 
@@ -147,7 +147,7 @@ fn an_object_that_grows_beyond_the_images_is_tracked_as_surely_as_before() {
 }
 
 #[test]
-fn what_lies_beside_the_image_is_not_said_to_be_hidden() {
+fn what_lies_beside_the_image_is_not_reported_as_hidden() {
     holds("track out of the image");
 }
 

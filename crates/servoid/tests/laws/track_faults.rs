@@ -53,7 +53,7 @@ pub fn view(pixels: &[u8]) -> ImageView<'_> {
 }
 
 #[test]
-fn a_camera_that_is_missing_at_the_start_is_said() {
+fn a_camera_that_is_missing_at_the_start_is_reported() {
     let stage = Stage::textured();
     let settings = TrackSettings::default();
     let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
@@ -105,12 +105,12 @@ impl Blind for Observation<'_> {
 }
 
 #[test]
-fn an_observation_that_comes_twice_is_said_and_teaches_nothing() {
+fn a_repeated_observation_is_reported_and_nothing_is_learned_from_it() {
     holds("faults of repetition");
 }
 
 #[test]
-fn time_that_goes_back_stands_still_or_jumps_is_said_and_the_object_is_followed() {
+fn time_that_goes_back_stands_still_or_jumps_is_reported_and_the_object_is_followed() {
     holds("faults of time");
 }
 

@@ -71,7 +71,7 @@ fn slowed_down(count: usize) -> f64 {
 }
 
 #[test]
-fn images_that_freeze_before_what_moves_slowly_are_told_before_they_are_wrong() {
+fn images_that_freeze_before_what_moves_slowly_are_reported_before_they_are_wrong() {
     const SPEED: f64 = 0.15; // radii, and radians, per second
     for (across, turn) in [(SPEED * RADIUS, 0.0), (0.0, SPEED)] {
         let place = |seconds: f64| moved(across * seconds, turn * seconds);
@@ -89,7 +89,7 @@ fn images_that_freeze_before_what_moves_slowly_are_told_before_they_are_wrong() 
 }
 
 #[test]
-fn images_that_freeze_as_an_object_starts_are_told_before_they_are_wrong() {
+fn images_that_freeze_as_an_object_starts_are_reported_before_they_are_wrong() {
     const RATE_HZ: f64 = 30.0;
     const STARTS_AT: usize = 20;
     // Its acceleration grows, so that no velocity seen before tells how far it goes.

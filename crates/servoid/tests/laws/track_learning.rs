@@ -123,7 +123,7 @@ fn who_waits_gets_what_was_begun_beside() {
 }
 
 #[test]
-fn a_new_start_knows_nothing_of_a_body_that_evolves_beside_it() {
+fn a_new_start_discards_a_body_that_evolves_beside_it() {
     let (mut tracker, stage) = (settled(), Stage::textured());
     assert!(tracker.begin_evolving());
     let body = tracker.body().unwrap();
@@ -171,13 +171,13 @@ fn the_outline_of_a_plain_object_is_no_pattern_although_the_body_is_too_large() 
 }
 
 #[test]
-fn an_object_is_found_again_by_its_look_without_a_pose() {
+fn an_object_is_found_again_by_its_appearance_without_a_pose() {
     holds("learning a look in colour");
     holds("learning looks in grey");
 }
 
 #[test]
-fn a_look_learned_in_colours_is_known_in_grey_pictures_near_a_pose_only_and_so_is_the_reverse() {
+fn an_appearance_learned_in_colours_is_found_in_grey_images_near_a_pose_only_and_conversely() {
     holds("learning from colour for grey");
     holds("learning from grey for colour");
 }
@@ -203,12 +203,12 @@ pub fn look_of_all_eyes(stage: &Stage) -> Appearance {
 }
 
 #[test]
-fn a_look_that_many_eyes_learned_is_known_to_one() {
+fn an_appearance_learned_by_many_cameras_is_found_by_one() {
     holds("learning with many eyes for one");
 }
 
 #[test]
-fn a_look_that_is_written_is_read_as_it_was() {
+fn an_appearance_that_is_written_is_read_as_it_was() {
     let look = settled().appearance();
     let bytes = look.to_bytes();
     assert_eq!(Appearance::from_bytes(&bytes).as_ref(), Ok(&look));
@@ -218,7 +218,7 @@ fn a_look_that_is_written_is_read_as_it_was() {
 }
 
 #[test]
-fn a_look_that_is_cut_short_or_goes_on_is_refused() {
+fn an_appearance_that_is_cut_short_or_too_long_is_refused() {
     let bytes = settled().appearance().to_bytes();
     for length in (0..bytes.len()).step_by(97) {
         let refused = Appearance::from_bytes(&bytes[..length]);
@@ -232,7 +232,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..Default::default() })]
 
     #[test]
-    fn no_bytes_of_a_look_make_the_tracker_panic(
+    fn no_bytes_of_an_appearance_make_the_tracker_panic(
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..40),
     ) {
         let mut bytes = settled().appearance().to_bytes();

@@ -262,7 +262,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_seen_without_noise_tells_where_everything_was() {
+    fn sightings_without_noise_determine_all_keyframe_poses() {
         for seed in 0..8 {
             let truth = scene(seed, 0.0);
             let found = scene(seed, 0.1).adjusted().unwrap().bundle;

@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_speaks_of_is_forgotten_and_counts_as_clear() {
+    fn a_cell_without_evidence_returns_to_its_prior_and_counts_as_clear() {
         let mut grid = grid_of(-5.0);
         grid.remember();
         assert!(share(hidden(&mut grid)) > 0.9);
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_that_says_otherwise_than_all_around_is_heard_less() {
+    fn a_cell_whose_evidence_contradicts_all_around_it_has_less_weight() {
         let mut grid = grid_of(4.0);
         let alone = CELLS / 2;
         grid.evidence[alone] = -4.0;

@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_evenly_is_foreseen_also_where_images_are_missing() {
+    fn an_even_motion_is_predicted_also_where_images_are_missing() {
         let (motion, last_s) = followed(20);
         for missing in 1..10 {
             let later_s = last_s + missing as f64 * DT;
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn where_images_tell_nothing_all_goes_on_as_foreseen_and_is_ever_less_sure() {
+    fn without_information_from_images_the_motion_goes_on_as_predicted_and_its_variance_grows() {
         let (mut motion, last_s) = followed(20);
         let mut before = f64::INFINITY;
         for index in 1..12 {
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn what_pulls_back_to_a_prior_is_what_it_says_of_the_way() {
+    fn the_pull_of_a_prior_is_its_information_times_the_way_back_to_its_pose() {
         let prior = followed(5).0.prior(6.0 * DT, PROCESS_NOISE);
         let (information, pull) = prior.at(&prior.pose);
         assert!(pull.amax() < 1e-9 * information.amax());

@@ -135,7 +135,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_speaks_for_a_pose_never_makes_it_less_likely(one in evidence(), more in 0.0..5.0_f64) {
+        fn more_evidence_for_a_pose_never_lowers_its_probability(one in evidence(), more in 0.0..5.0_f64) {
             let before = one.probability();
             prop_assert!(before > 0.0 && before < 1.0);
             for other in [

@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_whose_colours_say_nothing_adds_nothing() {
+    fn a_line_whose_colours_are_ambiguous_adds_no_information() {
         for level in 0..LINES.len() {
             let (sum, outline) = added(level, |_| 0.0);
             assert!(sum.outline.0.amax() < 1e-9 * sum.prior.amax());
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn the_clearer_the_colours_the_more_a_line_says() {
+    fn the_clearer_the_colours_the_more_information_a_line_adds() {
         for level in 0..LINES.len() {
             let mut before = (0.0, 0.0);
             for nats in [0.01, 0.1, 0.5, 2.0] {

@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn points_that_know_the_pose_tell_the_bias_and_without_any_an_outline_keeps_it() {
+    fn the_bias_is_learned_where_points_determine_the_pose_and_kept_where_there_are_none() {
         let toward = Vector3::z();
         let mut bias = Bias::unknown(RADIUS);
         let sure = (outline(0.0).0 * 100.0, Vector6::zeros());
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn the_farther_the_object_turned_the_less_its_outline_says_until_a_side_is_new() {
+    fn the_farther_the_object_turned_the_less_information_its_outline_has_until_a_side_is_new() {
         let mut bias = Bias::unknown(RADIUS);
         bias.update_at(&Vector3::z(), outline(0.0));
         let mut before = f64::INFINITY;

@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn what_pictures_of_one_kind_teach_says_nothing_of_the_other() {
+    fn colours_learned_from_images_of_one_kind_do_not_change_those_of_the_other() {
         let both = [Channels::Grey, Channels::Rgb];
         for (learned, other) in [(both[0], both[1]), (both[1], both[0])] {
             let mut colors = Colors::new(true);
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn of_an_object_whose_colours_are_not_known_no_colour_says_anything() {
+    fn without_known_colours_of_the_object_the_ratio_of_each_colour_is_zero() {
         let mut colors = Colors::new(true);
         let pixels = [90; 3 * 64 * 64];
         let image = ImageView::new(&pixels, [64; 2], Channels::Rgb).unwrap();

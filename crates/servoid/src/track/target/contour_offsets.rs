@@ -203,7 +203,7 @@ mod tests {
         }
 
         #[test]
-        fn edges_of_a_cell_say_what_the_pose_and_their_offset_together_say(
+        fn edges_of_a_cell_give_the_information_of_a_joint_solution_for_pose_and_offset(
             ways in prop::array::uniform3(prop::array::uniform6(-1.0..1.0_f64)),
             outside in prop::array::uniform3(-0.05..0.05_f64),
             mean in -0.05..0.05_f64,
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_boundary_off_the_outline_pulls_no_more_once_it_is_known_and_tells_a_shift_from_there() {
+    fn a_boundary_at_its_known_offset_has_no_pull_and_a_shifted_one_has() {
         let (place, way) = (Vector3::x(), Vector6::x());
         let unknown = ContourOffsets::unknown(1);
         assert_eq!(unknown.measured(&mut [edge(place, 0.05, way)]).0, Matrix6::zeros());
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn no_number_of_images_tells_an_offset_better_than_their_poses_are_known() {
+    fn an_offset_is_never_known_better_than_the_poses_of_the_images_however_many_there_are() {
         let (place, way) = (Vector3::x(), Vector6::x());
         for sd in [0.05_f64, 0.004] {
             let mut offsets = ContourOffsets::unknown(1);
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn the_farther_from_where_an_offset_was_learned_the_less_it_tells() {
+    fn the_farther_from_where_an_offset_was_learned_the_less_information_it_gives() {
         let middle = Vector3::new(1.0, 0.05, 0.05).normalize();
         let offsets = known_at(middle, 0.02);
         let mut before = f64::INFINITY;

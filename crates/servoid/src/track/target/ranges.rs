@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_by_what_depth_says_lead_from_beside_to_where_the_object_is() {
+    fn steps_by_depth_residuals_alone_converge_to_the_true_pose() {
         let truth = pose_at(0.0, 0.0);
         let (ranges, pixels) = (learned(&truth), image(&pose_at(0.06, 0.0015), 0.0));
         let depth = DepthView::new(&pixels, SIZE).unwrap();
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_far_before_or_behind_says_nothing() {
+    fn depth_far_before_or_behind_the_surface_gives_no_residual() {
         let pose = pose_at(0.0, 0.0);
         let ranges = learned(&pose);
         for (beyond, measures) in [(0.0, true), (0.002, true), (0.03, false), (-0.03, false)] {

@@ -282,7 +282,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn colours_and_outline_alone_never_tell_a_turn() {
+    fn colours_and_outline_alone_never_make_the_orientation_reliable() {
         for reference in 0..100 {
             let tracker = tracker(Status::Tracking, f64::from(reference));
             assert!(!reliable(&tracker, &quality(1.0, 0.0), 1e-3));
@@ -294,7 +294,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn shading_never_tells_a_turn_where_no_pattern_was_seen() {
+    fn shading_never_makes_the_orientation_reliable_where_no_pattern_was_seen() {
         let mut plain = tracker(Status::Tracking, 60.0);
         plain.target.reference.textured = 17.0;
         for recognised in 0..80 {
@@ -309,7 +309,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_varies_as_slowly_as_shading_tells_no_turn_until_it_showed_a_fine_pattern() {
+    fn what_varies_as_slowly_as_shading_is_no_fine_pattern_unless_one_was_seen_before() {
         let mut toy = tracker(Status::Tracking, 60.0);
         let smooth = Quality { fine: 20.0, ..quality(1.0, 60.0) };
         assert!(!toy.is_finely_patterned(&smooth));
@@ -326,7 +326,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn print_that_shows_little_contrast_for_now_tells_a_turn_on() {
+    fn print_keeps_the_orientation_reliable_while_it_shows_little_contrast() {
         let mut pale = tracker(Status::Tracking, 60.0);
         pale.target.reference.textured = 17.0;
         let printed = Quality { textured: 5.0, ..quality(1.0, 60.0) };
@@ -361,7 +361,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_pose_may_be_followed_that_is_not_told() {
+    fn a_pose_may_be_followed_without_being_reported() {
         let tracker = tracker(Status::Tracking, 60.0);
         let doubtful = quality(0.5 * (tracker.least_share() + LOCATED), 50.0);
         assert!(doubtful.share > tracker.least_share());
@@ -369,7 +369,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_is_not_told_teaches_nothing() {
+    fn nothing_is_learned_from_a_pose_that_is_not_reported() {
         let mut tracker = tracker(Status::Tracking, 60.0);
         let nothing = Updates { colors: false, surface: false, whole: false };
         assert_eq!(tracker.allowed_updates(&quality(0.9, 10.0)), nothing);
@@ -379,7 +379,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn an_object_that_was_found_again_is_told_and_teaches_once_its_old_points_prove_it() {
+    fn an_object_found_again_is_reported_and_learned_from_only_once_its_old_points_prove_it() {
         let mut tracker = tracker(Status::Searching, 60.0);
         let like = hypothesis(quality(0.8, 50.0)); // most of the print, and less than usual
         for time in 0..100 {

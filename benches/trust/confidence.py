@@ -53,7 +53,7 @@ PENALTY = 1e-3  # of the weights' squares
 TERMS = ("one", "SHARE", "TEXTURED", "REFERENCE", "PROVED", "TURN", "JITTER")
 EDGES = np.linspace(0.0, 1.0, 11)
 BOUNDS: dict[str, tuple[float, ...]] = {
-    one.name: literal_eval(one.value) for one in constants() if one.file == "confidence.rs"
+    one.name: literal_eval(one.value) for one in constants() if one.file == "pose/confidence.rs"
 }
 
 Floats = NDArray[np.float64]

@@ -85,6 +85,13 @@ pub enum Notice {
     /// The images determine the object's position, but its orientation not well enough.
     #[error("the images determine the object's position, but not its orientation")]
     TurnOpen,
+    /// The orientation may have drifted too far since the first image, on sides that were not known
+    /// before.
+    #[error("the turn may have drifted by {degrees:.0} degrees since the first image")]
+    Drifted {
+        /// Standard deviation of the drift, in degrees.
+        degrees: f64,
+    },
     /// A side that is known better is seen again, and the drift accumulated since is corrected.
     #[error("a known side is seen again: the turn is corrected by {degrees:.1} degrees")]
     LoopClosed {

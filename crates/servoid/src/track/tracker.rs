@@ -19,7 +19,7 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
 use super::target::solid::Solid;
-use super::trust::{CLEAR, Trust, is_turn_reliable};
+use super::trust::{ADRIFT_RAD, CLEAR, Trust, is_turn_reliable, shows_turn};
 use super::update::growth::Evolving;
 use crate::camera::{Camera, Observation};
 use crate::evolve;
@@ -301,12 +301,15 @@ impl Tracker {
         let known = uncertainty(&measured, radius);
         let evidence = self.evidence(&hypothesis.quality, &known.covariance);
         let located = followed && self.is_located(&hypothesis.quality);
-        let is_reliable = located
-            && is_turn_reliable(&evidence, self.printed(&hypothesis.quality))
+        let shows = shows_turn(&evidence, self.printed(&hypothesis.quality))
             && self.is_finely_patterned(&hypothesis.quality)
             && self.believes_relief(&hypothesis.quality);
+        let is_reliable = located && shows && is_turn_reliable(&evidence);
         if located && !is_reliable {
-            self.frame.notices.push(Notice::TurnOpen);
+            let adrift = shows && !evidence.drifts_little(ADRIFT_RAD);
+            let degrees = evidence.drift_rad.to_degrees();
+            let notice = if adrift { Notice::Drifted { degrees } } else { Notice::TurnOpen };
+            self.frame.notices.push(notice);
         }
         let visible = hypothesis.quality.visible;
         if followed && visible < CLEAR {

@@ -66,19 +66,21 @@ const SAFE: f64 = 0.85;
 /// Standard deviation of the orientation, in radians, below which an unknown side is learned.
 const HELD_RAD: f64 = 0.15;
 /// Standard deviation of the orientation's drift, in radians, above which the orientation is not
-/// reported, whatever is recognised, and another pose is sought at which better-known sides are
-/// seen.
+/// reported, whatever is recognised, and a pose is sought that shows sides that are known better.
 pub(super) const ADRIFT_RAD: f64 = 0.09;
 
-/// Returns whether the images confirm the orientation of an object whose position they confirm: the
-/// evidence makes its pose likely, and includes some surface points. They must have the contrast of
-/// a pattern unless the object usually has many such points, since highlights, rims and shading
-/// move with the camera. `printed` is the number of points per camera that have that contrast now
-/// or mostly had it: far away, or blurred, a print has less.
-pub(super) fn is_turn_reliable(evidence: &Evidence, printed: f64) -> bool {
-    let patterned = printed >= SOME || evidence.reference_textured >= RICH;
-    let shows = evidence.recognised >= FEW_RECOGNISED && evidence.share >= ORIENTED && patterned;
-    shows && evidence.drifts_little(ADRIFT_RAD) && evidence.probability() >= LIKELY
+/// Returns whether the images show the orientation of an object whose position they confirm, by some
+/// surface points. They must have the contrast of a pattern unless the object usually has many such
+/// points, since highlights, rims and shading move with the camera. `printed` is the number of
+/// points per camera that have it now or mostly had it: far away or blurred, a print has less.
+pub(super) fn shows_turn(evidence: &Evidence, printed: f64) -> bool {
+    let is_patterned = printed >= SOME || evidence.reference_textured >= RICH;
+    is_patterned && evidence.recognised >= FEW_RECOGNISED && evidence.share >= ORIENTED
+}
+
+/// Returns whether an orientation that the images show is likely, and hardly drifted.
+pub(super) fn is_turn_reliable(evidence: &Evidence) -> bool {
+    evidence.drifts_little(ADRIFT_RAD) && evidence.probability() >= LIKELY
 }
 
 /// Returns whether an object showed so little of a pattern, in so many cameras, that its surface
@@ -278,7 +280,8 @@ pub(crate) mod tests {
     /// radians.
     fn reliable(tracker: &Tracker, quality: &Quality, turn_rad: f64) -> bool {
         let now = Matrix6::identity() * (turn_rad * turn_rad);
-        is_turn_reliable(&tracker.evidence(quality, &now), tracker.printed(quality))
+        let evidence = tracker.evidence(quality, &now);
+        shows_turn(&evidence, tracker.printed(quality)) && is_turn_reliable(&evidence)
     }
 
     #[test]

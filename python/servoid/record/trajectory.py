@@ -58,7 +58,7 @@ class Waypoint:
 
 
 def waypoints(tracked: Sequence[Tracked], smoothed: Sequence[Pose] | None = None) -> list[Waypoint]:
-    """Return the waypoints of estimates, with `poses` in place of their own if given."""
+    """Return the waypoints of estimates, with `smoothed` poses in place of their own if given."""
     if smoothed is None:
         smoothed = [one.estimate.world_from_object for one in tracked]
     return [

@@ -22,7 +22,7 @@ from servoid.renamed import refuse_old_names
         ("servoid.servo.Meeting", "Exploration"),
         ("servoid.servo.Wish", "TrueGoal"),
         ("servoid.opening.count_untold", "count_uncalibrated_cameras"),
-        ("servoid.exchange.bags.Told", "CalibrationSupplier"),
+        ("servoid.exchange.bags.Told", "BagCalibrationSupplier"),
         ("servoid.exchange.bags.ToldCamera", "SuppliedCamera"),
         ("servoid.exchange.bags.why_untold", "why_uncalibrated"),
         ("servoid.exchange.export.check_wish", "check_options"),

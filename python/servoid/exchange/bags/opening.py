@@ -11,8 +11,8 @@ from servoid.capture import Capture, CaptureCamera
 from servoid.config.limits import MOST_CAMERAS
 from servoid.errors import CaptureError
 from servoid.exchange.bags.geometry.calibration import (
+    BagCalibrationSupplier,
     Calibration,
-    CalibrationSupplier,
     Info,
     calibration_of,
 )
@@ -35,7 +35,7 @@ def open_bag(
     *,
     world: str | None = None,
     apart_s: float = APART_S,
-    supplier: CalibrationSupplier | None = None,
+    supplier: BagCalibrationSupplier | None = None,
     rests: bool = False,
 ) -> Capture:
     """Open a ROS 1 bag, a rosbag2 folder or an MCAP file as a capture, which is a recording.
@@ -210,7 +210,7 @@ def _user_seats(
     images: Sequence[ImageTopic],
     names: Sequence[str],
     content: Content,
-    supplier: CalibrationSupplier,
+    supplier: BagCalibrationSupplier,
 ) -> list[Seat]:
     """Combine topics with the calibration that the user supplies."""
     known = [image.info_topic for image in images if image.info_topic in content.infos]

@@ -52,7 +52,7 @@ class SuppliedCamera:
     rig_from_camera: Pose | None
 
 
-class CalibrationSupplier(Protocol):
+class BagCalibrationSupplier(Protocol):
     """Supplies the calibration of cameras for which the bag has none."""
 
     def __call__(

@@ -1,8 +1,8 @@
-"""Makes lenses from the parameters in a file."""
+"""Makes lenses: from the parameters in a file, or without distortion from a camera."""
 
 from collections.abc import Sequence
 
-from servoid._native import Lens
+from servoid._native import Camera, Lens
 from servoid.errors import CameraError, located
 
 # The core cannot receive larger numbers; it checks the maximum size of an image itself.
@@ -34,3 +34,13 @@ def make_lens(
             center_px=center_px,
             distortion=tuple(distortion),
         )
+
+
+def pinhole_lens(camera: Camera) -> Lens:
+    """Return the lens without distortion whose image is that of a pinhole camera."""
+    return Lens(
+        model="pinhole",
+        size_px=camera.size_px,
+        focal_px=camera.focal_px,
+        center_px=camera.center_px,
+    )

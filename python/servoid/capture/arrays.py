@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Lens, Pose, View, taken_depth, taken_image, taken_mask
 from servoid.camera.ideal import Ideal
 from servoid.camera.images import shrink
+from servoid.camera.lenses import pinhole_lens
 from servoid.camera.picture import Picture
 from servoid.capture.capture import Capture, CaptureCamera, CaptureView
 from servoid.config.limits import MOST_CAMERAS
@@ -228,14 +229,7 @@ def _place(cameras: list[_Gathered], wanted: tuple[int, Lens, Pose]) -> _Gathere
 
 
 def _lens_of(camera: Camera | Lens) -> Lens:
-    if isinstance(camera, Lens):
-        return camera
-    return Lens(
-        model="pinhole",
-        size_px=camera.size_px,
-        focal_px=camera.focal_px,
-        center_px=camera.center_px,
-    )
+    return camera if isinstance(camera, Lens) else pinhole_lens(camera)
 
 
 def _check_size(

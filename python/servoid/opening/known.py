@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import msgspec
 
-from servoid._native import Camera, Lens, Pose
+from servoid._native import Camera, Pose
+from servoid.camera.lenses import pinhole_lens
 from servoid.capture.capture_file import LensEntry, Version, mounted_lenses, read_versioned
 from servoid.errors import CaptureError, located
 from servoid.source import MountedCamera
@@ -150,7 +151,7 @@ class Known:
         apart_m = self.baseline_m or _ANY_BASELINE_M
         return Rig(
             tuple(
-                MountedCamera(name, _pinhole(camera), _beside(place * apart_m))
+                MountedCamera(name, pinhole_lens(camera), _beside(place * apart_m))
                 for place, (name, camera) in enumerate(zip(names, cameras, strict=True))
             ),
             () if self.fov_deg is None else (self._assumption(cameras[0], is_placed=is_placed),),
@@ -223,15 +224,6 @@ def remedies(count: int) -> str:
         "give --fov, the angle of view from the left to the right border in degrees, such as "
         f"--fov 65,{baseline} or a calibration with --calibration FILE; if the camera moves around "
         "a static object, servoid scan estimates it"
-    )
-
-
-def _pinhole(camera: Camera) -> Lens:
-    return Lens(
-        model="pinhole",
-        size_px=camera.size_px,
-        focal_px=camera.focal_px,
-        center_px=camera.center_px,
     )
 
 

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from servoid._native import Camera, Lens
+from servoid.camera.lenses import pinhole_lens
 from servoid.sim.world.settings import CameraSettings, ObjectSettings, WorldSettings
 from servoid.sim.world.world import World
 from servoid.source import Delivery, Instant, LiveCamera
@@ -34,7 +34,7 @@ def open_world(text: str) -> tuple[LiveCamera, ...]:
     )
     video = WorldVideo(world)
     return tuple(
-        LiveCamera(name, video, _lens(camera), pose)
+        LiveCamera(name, video, pinhole_lens(camera), pose)
         for name, camera, pose in zip(
             world.camera_names, world.cameras, video.first.world_from_camera, strict=True
         )
@@ -80,12 +80,3 @@ class WorldVideo:
             instant = self._world.source.newest()
             if instant is not None:
                 return instant
-
-
-def _lens(camera: Camera) -> Lens:
-    return Lens(
-        model="pinhole",
-        size_px=camera.size_px,
-        focal_px=camera.focal_px,
-        center_px=camera.center_px,
-    )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
+from servoid.camera.lenses import pinhole_lens
 from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.sim.world.arms.calibration import Calibration
@@ -191,7 +192,7 @@ class World:
         numbers = [index for index, one in enumerate(self._visuals) if one.carrier == OBJECT]
         masks = []
         for camera, pose in self.true_views():
-            _, ids = self._renderer.depth(_pinhole(camera), row_of(pose), visuals)
+            _, ids = self._renderer.depth(pinhole_lens(camera), row_of(pose), visuals)
             masks.append(np.where(np.isin(ids, numbers), np.uint8(255), np.uint8(0)))
         return tuple(masks)
 
@@ -274,12 +275,3 @@ def _renderer(settings: WorldSettings, visuals: tuple[Visual, ...]) -> Renderer:
             f"unknown renderer '{settings.renderer}'; choose one of {', '.join(RENDERERS)}"
         )
     return RENDERERS[settings.renderer](visuals)
-
-
-def _pinhole(camera: Camera) -> Lens:
-    return Lens(
-        model="pinhole",
-        size_px=camera.size_px,
-        focal_px=camera.focal_px,
-        center_px=camera.center_px,
-    )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Camera, Estimate, Lens
-from servoid.camera.lenses import make_lens
+from servoid.camera.lenses import pinhole_lens
 from servoid.capture import Capture
 from servoid.exchange.bags.mcap import messages as ros
 from servoid.exchange.bags.mcap.background import Background
@@ -54,7 +54,7 @@ class RunRig:
     def of_source(cls, cameras: Sequence[Camera], names: Sequence[str]) -> "RunRig":
         """Record the images of a source's ideal pinhole cameras; each may move on its own."""
         both = zip(names, cameras, strict=True)
-        return cls(tuple(_Pinhole(name, _lens_of(camera)) for name, camera in both), _seen)
+        return cls(tuple(_Pinhole(name, pinhole_lens(camera)) for name, camera in both), _seen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,14 +266,4 @@ def _seen(instant: Instant) -> RawObservation:
         ),
         depths=instant.depths,
         world_from_cameras=instant.world_from_camera,
-    )
-
-
-def _lens_of(camera: Camera) -> Lens:
-    return make_lens(
-        "a camera",
-        model="pinhole",
-        size_px=camera.size_px,
-        focal_px=camera.focal_px,
-        center_px=camera.center_px,
     )

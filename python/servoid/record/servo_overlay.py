@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Camera
-from servoid.pose import Pose
 from servoid.record.lettering import Box, fill, width_px, write, write_into
 from servoid.record.outline import Color, draw_axes, draw_outline
 from servoid.record.overlay import STATUS_COLORS
 from servoid.servo import ORDINARY, Command, TargetEstimate
+from servoid.shape.placed import placed
 from servoid.source import Instant
 
 _WIDTH_PX = 1280
@@ -106,7 +106,7 @@ class ServoOverlay:
             image = _scaled(given, (width, height))
         estimate = scene.estimate
         if scene.body is not None and estimate is not None and _is_finite(estimate):
-            body = _placed(scene.body, estimate.world_from_object)
+            body = placed(scene.body, estimate.world_from_object)
             sight = (camera, scene.instant.world_from_camera[place])
             draw_outline(image, body, sight, _status_color(estimate))
             if estimate.located:
@@ -183,16 +183,6 @@ def _scaled(image: NDArray[np.uint8], size_px: tuple[int, int]) -> NDArray[np.ui
 def _put(page: NDArray[np.uint8], box: Box, image: NDArray[np.uint8]) -> None:
     left, top, width, height = box
     page[top : top + height, left : left + width] = image
-
-
-def _placed(body: Body, world_from_object: Pose) -> Body:
-    """Return a body at a pose."""
-    return Body(
-        world_from_object=world_from_object,
-        centers=body.centers,
-        radii=body.radii,
-        rotations=body.rotations,
-    )
 
 
 def _is_finite(estimate: TargetEstimate) -> bool:

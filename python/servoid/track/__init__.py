@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from servoid._native import Estimate, Tracker, TrackSettings, pose_from_masks
 from servoid.renamed import refuse_old_names
+from servoid.shape.placed import placed
 from servoid.source import cameras_of, read_instants, tidy_image
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.following import Collector, TrackStep, follow, follow_live, track_capture
@@ -11,7 +12,7 @@ from servoid.track.history import BodyChange, Historian, History, LearnedSurface
 from servoid.track.learning import learn_appearance
 from servoid.track.request import Method, Request, Subject
 from servoid.track.result import Gap, Tracked, TrackResult
-from servoid.track.starting import Followed, placed
+from servoid.track.starting import Followed
 
 __all__ = [
     "Adjuster",

@@ -13,6 +13,7 @@ from servoid.capture import Capture, CaptureView
 from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.pose import exact
+from servoid.shape.placed import placed
 from servoid.source import Instant, cameras_of
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.request import Request, Subject
@@ -94,16 +95,6 @@ class _Known:
     masks: Masks | None
     colors: NDArray[np.uint8] | None
     notes: tuple[str, ...] = ()
-
-
-def placed(body: Body, world_from_object: Pose) -> Body:
-    """Return a body at another pose."""
-    return Body(
-        world_from_object=world_from_object,
-        centers=body.centers,
-        radii=body.radii,
-        rotations=body.rotations,
-    )
 
 
 def begin(capture: Capture, instant: Instant, subject: Subject, request: Request) -> Followed:

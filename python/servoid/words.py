@@ -1,5 +1,6 @@
 """Parses numbers as people and programs write them, and formats them for people."""
 
+import math
 import re
 
 _WHOLE = re.compile(r"[+-]?[0-9]+")
@@ -40,6 +41,18 @@ def whole_number_of(text: str) -> int:
 def digits(number: float) -> str:
     """Format a number with six digits at most, and an exponent if it is very large or small."""
     return f"{number:.6g}"
+
+
+def four_digits(number: float) -> str:
+    """Format a number with four significant digits at most, and never with an exponent."""
+    import numpy as np
+
+    return np.format_float_positional(number, precision=4, fractional=False, trim="-")
+
+
+def finite(number: float) -> float | None:
+    """Return a number for JSON, which has neither NaN nor infinity: None in place of them."""
+    return float(number) if math.isfinite(number) else None
 
 
 def in_one_line(error: object) -> str:

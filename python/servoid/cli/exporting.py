@@ -4,13 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import typer
 
 from servoid.cli.wrong_options import of_options
 from servoid.exchange.export import check_export, check_options, export_body, format_of
 from servoid.shape import load_body
-from servoid.words import counted
+from servoid.words import counted, four_digits
 
 _CM3_PER_M3 = 1e6
 
@@ -47,10 +46,5 @@ def run_export(request: Request) -> None:
     typer.echo(
         f"Wrote {' '.join(map(str, done.files))} ({format_}): "
         f"{counted(count, 'ellipsoid')}, "
-        f"{_plain(_CM3_PER_M3 * done.volume_m3)} cm³, {_plain(done.mass_kg)} kg"
+        f"{four_digits(_CM3_PER_M3 * done.volume_m3)} cm³, {four_digits(done.mass_kg)} kg"
     )
-
-
-def _plain(value: float) -> str:
-    """Return four significant digits, without an exponent."""
-    return np.format_float_positional(value, precision=4, fractional=False, trim="-")

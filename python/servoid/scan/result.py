@@ -12,7 +12,7 @@ import numpy as np
 from servoid._native import Lens
 from servoid.scan.metres.scale import Scale
 from servoid.scan.solution import Solution
-from servoid.words import counted
+from servoid.words import counted, finite
 
 _LITTLE_PARALLAX_RAD = math.radians(5.0)
 _MANY_MISSING = 0.2
@@ -127,7 +127,7 @@ class Scan:
             "missing": list(solution.missing),
             "size_px": list(solution.lens.size_px),
             "focal_px": solution.focal_px,
-            "focal_std_px": _known(solution.focal_std_px),
+            "focal_std_px": finite(solution.focal_std_px),
             "center_px": list(solution.lens.center_px),
             "center_is_found": solution.center_is_found,
             "distortion": list(solution.lens.distortion[:1]),
@@ -138,7 +138,7 @@ class Scan:
             "distance": solution.distance,
             "scale": None
             if scale is None
-            else {"by": scale.words, "relative_std": _known(scale.deviation)},
+            else {"by": scale.words, "relative_std": finite(scale.deviation)},
             "by_image": [
                 {"name": name, "error_px": float(error), "points": len(seen)}
                 for name, error, seen in zip(
@@ -148,10 +148,6 @@ class Scan:
             "seconds": {stage: round(value, 2) for stage, value in self.times.items()},
             "notes": [*self.notes, *self.doubts],
         }
-
-
-def _known(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def _some(names: tuple[str, ...]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from servoid.pose import Pose, exact
 from servoid.servo.arm import Floats
+from servoid.words import finite
 
 if TYPE_CHECKING:
     from servoid.servo.log import ServoLog
@@ -111,22 +112,22 @@ class Accuracy:
         ]
         some = [pairs[place] for place in _evenly(len(pairs))]
         return cls(
-            position_rms=_rms(distances),
+            position_rms=rms(distances),
             position_95=float(np.percentile(distances, 95.0)),
-            turn_rms=_rms(exact.lengths(errors[:, 3:])),
+            turn_rms=rms(exact.lengths(errors[:, 3:])),
             offset=exact.norm(errors[:, :3].mean(axis=0)),
-            object_rms=_rms(np.array([true_goal.object_error(one) for one in held])),
+            object_rms=rms(np.array([true_goal.object_error(one) for one in held])),
             surface=float(
                 np.mean([true_goal.surface_error(held[at]) for at in _evenly(len(held))])
             ),
-            middle_rms=_rms(np.array([true_goal.middle_error(*pair) for pair in pairs])),
+            middle_rms=rms(np.array([true_goal.middle_error(*pair) for pair in pairs])),
             body=float(np.mean([true_goal.body_error(*pair) for pair in some])) if some else np.nan,
         )
 
     def numbers(self) -> dict[str, Any]:
         """Return the figures by name, ready for JSON; None where they are not known."""
         values = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        return {name: None if np.isnan(value) else value for name, value in values.items()}
+        return {name: finite(value) for name, value in values.items()}
 
 
 def _evenly(count: int) -> list[int]:
@@ -150,5 +151,7 @@ def spun_like(pose: Pose, other: Pose, axis: Floats) -> Pose:
     return pose @ Pose.exp([0.0, 0.0, 0.0, *(angle * axis)])
 
 
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else np.nan
+def rms(values: Floats) -> float:
+    """Return the root mean square of the finite values of (N,); NaN where there are none."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(np.square(known)))) if len(known) else np.nan

@@ -100,6 +100,13 @@ class ServoLog:
         return np.array([row.time_s - self.start_s for row in self.rows])
 
     @property
+    def periods_s(self) -> Floats:
+        """Return the durations of the control periods, (T,); for the last one, their median."""
+        periods = np.diff(self.times)
+        last = float(np.median(periods)) if len(periods) else 0.0
+        return np.append(periods, last)[: len(self.rows)]
+
+    @property
     def positions(self) -> Floats:
         """Return the joints' angles in radians, (T, N)."""
         return np.array([row.tick.state.positions for row in self.rows])

@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import exact
-from servoid.servo.accuracy import Accuracy
+from servoid.servo.accuracy import Accuracy, rms
 from servoid.servo.arm import Floats
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.log import ServoLog
+from servoid.words import finite
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Spread:
 
     def numbers(self) -> dict[str, float | None]:
         """Return them by name, ready for JSON."""
-        return {"p50": _known(self.p50), "p99": _known(self.p99)}
+        return {"p50": finite(self.p50), "p99": finite(self.p99)}
 
     def in_words(self) -> str:
         """Describe times in seconds as text, in milliseconds."""
@@ -90,10 +91,10 @@ class ServoMetrics:
         ticks = [row.tick for row in log.rows]
         return cls(
             settle_s=settle_s,
-            position_rms=_rms(distances),
+            position_rms=rms(distances),
             position_95=float(np.percentile(distances, 95.0)) if len(distances) else np.nan,
-            turn_rms=_rms(exact.lengths(errors[:, 3:])),
-            fixation_rms_px=_rms(np.array([exact.norm(eye) for eyes in off for eye in eyes])),
+            turn_rms=rms(exact.lengths(errors[:, 3:])),
+            fixation_rms_px=rms(np.array([exact.norm(eye) for eyes in off for eye in eyes])),
             tracked_share=float(np.mean(tracked)) if tracked else np.nan,
             observations=len(tracked),
             holds=tuple(holds(log)),
@@ -113,15 +114,15 @@ class ServoMetrics:
         return {
             "settle_s": self.settle_s,
             "repeatability": {
-                "position_rms": _known(self.position_rms),
-                "position_95": _known(self.position_95),
-                "turn_rms": _known(self.turn_rms),
+                "position_rms": finite(self.position_rms),
+                "position_95": finite(self.position_95),
+                "turn_rms": finite(self.turn_rms),
             },
             "accuracy": self.accuracy.numbers(),
-            "fixation_rms_px": _known(self.fixation_rms_px),
-            "tracked_share": _known(self.tracked_share),
+            "fixation_rms_px": finite(self.fixation_rms_px),
+            "tracked_share": finite(self.tracked_share),
             "observations": self.observations,
-            "fastest_hand": _known(self.fastest_hand),
+            "fastest_hand": finite(self.fastest_hand),
             "held_s": self.held_s,
             "holds": [
                 {
@@ -172,8 +173,7 @@ def holds(log: ServoLog) -> list[Hold]:
     if not len(log):
         return []
     times = log.times
-    last = 0.0 if len(times) < 2 else float(np.median(np.diff(times)))
-    ends = [*times[1:], times[-1] + last]
+    ends = [*times[1:], times[-1] + log.periods_s[-1]]
     found: list[Hold] = []
     held = False
     for row, start_s, end_s in zip(log.rows, times.tolist(), ends, strict=True):
@@ -186,21 +186,11 @@ def holds(log: ServoLog) -> list[Hold]:
     return found
 
 
-def _known(value: float) -> float | None:
-    return None if np.isnan(value) else value
-
-
 def _in_words(value: float, unit: str) -> str:
     if np.isnan(value):
         return "not known"
     digits = 0 if abs(value) >= 100.0 else 1 if abs(value) >= 10.0 else 2
     return f"{value:.{digits}f} {unit}"
-
-
-def _rms(values: Floats) -> float:
-    """Return the root mean square of the finite values of (N,)."""
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(np.square(known)))) if len(known) else np.nan
 
 
 def _fastest(log: ServoLog) -> float:

@@ -14,7 +14,15 @@ from servoid.cli.batch_progress import words_of
 from servoid.errors import BodyError
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.shape import save_body
-from servoid.words import counted, digits, in_one_line, number_of, whole_number_of
+from servoid.words import (
+    counted,
+    digits,
+    finite,
+    four_digits,
+    in_one_line,
+    number_of,
+    whole_number_of,
+)
 
 
 @given(st.floats())
@@ -72,3 +80,15 @@ def test_one_trial_one_ellipsoid_and_one_face_are_singular(tmp_path: Path) -> No
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     *_, notes = close_mesh(corners, faces)
     assert "1 of 4 faces had the wrong orientation and was flipped" in notes
+
+
+@given(st.floats(1e-12, 1e12))
+def test_four_digits_round_a_number_and_show_no_exponent(number: float) -> None:
+    text = four_digits(number)
+    assert "e" not in text
+    assert float(text) == pytest.approx(number, rel=0.5001e-3)
+
+
+@given(st.floats())
+def test_only_a_finite_number_goes_into_json(number: float) -> None:
+    assert finite(number) == (number if math.isfinite(number) else None)

@@ -1,19 +1,13 @@
 """Computes for how long each bound kept the hand from its goal."""
 
-import numpy as np
-
 from servoid.servo.keeping.safety import ORDINARY, Reason
 from servoid.servo.log import ServoLog
 
 
 def limited_s(log: ServoLog) -> dict[Reason, float]:
     """Return the seconds in which each bound acted, except those that any quick motion reaches."""
-    if not len(log):
-        return {}
-    times = log.times
-    last = 0.0 if len(times) < 2 else float(np.median(np.diff(times)))
     found: dict[Reason, float] = {}
-    for row, seconds in zip(log.rows, [*np.diff(times).tolist(), last], strict=True):
+    for row, seconds in zip(log.rows, log.periods_s.tolist(), strict=True):
         for reason in row.tick.command.limiting - ORDINARY:
             found[reason] = found.get(reason, 0.0) + seconds
     return dict(sorted(found.items(), key=lambda one: one[0].value))

@@ -33,7 +33,7 @@ from servoid.view.scores import (
     verdict,
 )
 from servoid.view.turntable import Frustum, around, turntable_scene
-from servoid.words import counted
+from servoid.words import counted, four_digits
 
 _FRUSTUM_SHARE = 0.085  # share of the distance of the farthest camera
 
@@ -79,7 +79,7 @@ def _words(result: ModelResult, scored: list[ScoredView]) -> Iterator[str]:
     axes = result.body.world_from_object.matrix()[:3, :3].T
     spans = (high - low for low, high in (solids.extent(axis) for axis in axes))
     size = _lengths([1000.0 * float(span) for span in spans])
-    volume = _plain(1e6 * result.body.mass_properties()[0])
+    volume = four_digits(1e6 * result.body.mass_properties()[0])
     yield (
         f"It measures {size} mm along x, y and z of its frame, which are its principal axes of "
         f"inertia, so x need not be the longest. Its volume is {volume} cm³."
@@ -107,11 +107,6 @@ def _lengths(values: list[float]) -> str:
     """Return lengths with the same number of decimals: three digits of the longest."""
     decimals = max(0, 2 - math.floor(math.log10(max(values))))
     return " × ".join(f"{value:.{decimals}f}" for value in values)
-
-
-def _plain(value: float) -> str:
-    """Return four significant digits, without an exponent."""
-    return np.format_float_positional(value, precision=4, fractional=False, trim="-")
 
 
 def _legend(scored: list[ScoredView]) -> str:

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from servoid.model import ModelResult
 from servoid.view.body_picture import draw_body
 from servoid.view.model.contact_sheet import draw_contact_sheet
@@ -14,6 +12,7 @@ from servoid.view.model.curve import draw_curve
 from servoid.view.model.html_page import html_page
 from servoid.view.page_parts import write_report_files
 from servoid.view.scores import ScoredView, mean_iou, scored_views
+from servoid.words import finite
 
 
 def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] = ()) -> list[Path]:
@@ -60,8 +59,8 @@ def summarise(result: ModelResult) -> dict[str, Any]:
             {
                 "count": step.count,
                 "fitness": step.fitness,
-                "iou_used": _number(used),
-                "iou_unused": _number(unused),
+                "iou_used": finite(used),
+                "iou_unused": finite(unused),
             }
             for step, used, unused in steps
         ],
@@ -75,7 +74,3 @@ def _view_row(one: ScoredView) -> dict[str, Any]:
         "used": one.used,
         "iou": one.iou,
     }
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -13,7 +13,7 @@ from servoid.view.track.growth_picture import NAMED_SIDES, solids_of
 from servoid.view.track.sides import Sides, sides_of
 from servoid.view.track.timeline_plot import notice_times, state_of
 from servoid.view.track.turning import Cause, Turning, turning_of
-from servoid.words import counted
+from servoid.words import counted, finite
 
 # The minimum share of tracked observations for each word.
 _VERDICTS = (("Good", 0.95), ("Rough", 0.7), ("Poor", 0.0))
@@ -48,7 +48,7 @@ class TrackFigures:
     def sides_seen(self) -> dict[str, float | None]:
         """Return when each of the six named sides was first seen, in seconds; None if never."""
         when = self.sides.first_seen(np.stack(list(NAMED_SIDES.values())))
-        return {name: _known(time_s) for name, time_s in zip(NAMED_SIDES, when, strict=True)}
+        return {name: finite(time_s) for name, time_s in zip(NAMED_SIDES, when, strict=True)}
 
     def summary(self) -> dict[str, Any]:
         """Return the figures of the report, ready for JSON: SI units, and radians."""
@@ -78,9 +78,9 @@ class TrackFigures:
             "evolutions": result.evolutions,
             "starting_s": result.starting_s,
             "step_s": {
-                "median": _known(result.step_percentile(50.0)),
-                "p95": _known(result.step_percentile(95.0)),
-                "p99": _known(result.step_percentile(99.0)),
+                "median": finite(result.step_percentile(50.0)),
+                "p95": finite(result.step_percentile(95.0)),
+                "p99": finite(result.step_percentile(99.0)),
                 "stages": result.stage_seconds,
             },
             "notices": [{"notice": words, "count": count} for words, count in result.notices],
@@ -120,8 +120,8 @@ class TrackFigures:
             "confidence": one.estimate.confidence,
             "turned_rad": float(turning.turned[place]),
             "away_rad": float(turning.away[place]),
-            "drift_rad": _known(float(turning.drift[place])),
-            "std_rad": _known(float(turning.deviation[place])),
+            "drift_rad": finite(float(turning.drift[place])),
+            "std_rad": finite(float(turning.deviation[place])),
             "seconds": one.seconds,
         }
 
@@ -183,10 +183,6 @@ class TrackFigures:
             f"{grown}{joint}{counts}{counted(len(result.body), 'ellipsoid')}; seen from the "
             f"front it is {size} mm wide, high and deep."
         )
-
-
-def _known(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _often(cases: list[float]) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Lighting, Paint, Pose, Scene
+from servoid.camera.srgb import linear_light
 
 _AWAY = 30.0  # picture sides from the viewpoint to the middle: near parts are at most 2 % larger
 _KEY, _SKY, _BOUNCE = 0.88, 0.56, 0.34  # strengths of the lamp, and of light from above and below
@@ -105,7 +106,7 @@ class _Staged:
         for center, turn, radii, color in zip(
             centers, turns, solids.radii / seen.side, solids.colors, strict=True
         ):
-            paint = Paint(color=(color / 255.0) ** 2.2, gloss=_GLOSS)
+            paint = Paint(color=linear_light(color / 255.0).tolist(), gloss=_GLOSS)
             self.scene.add_ellipsoid(np.maximum(radii, _LEAST_RADIUS), paint)
             self.poses.append(_row(turn, center))
         eye = self.stage_from_world @ seen.axes.T

@@ -6,6 +6,7 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.camera.srgb import linear_light
 from servoid.exchange.export.solid import Piece
 from servoid.exchange.export.surface import Surface
 
@@ -64,7 +65,8 @@ def glb_bytes(surface: Surface, pieces: tuple[Piece, ...], name: str) -> bytes:
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
     places = (vertices - middle).astype("<f4")
     colors = np.ones((len(places), 4))
-    colors[:, :3] = _linear(surface.vertex_colors(pieces) / 255.0)
+    # glTF requires linear light at vertices.
+    colors[:, :3] = linear_light(surface.vertex_colors(pieces) / 255.0)
     blocks = [
         places.tobytes(),
         _y_up(surface.vertex_normals()).astype("<f4").tobytes(),
@@ -120,8 +122,3 @@ def _glb(text: bytes, data: bytes) -> bytes:
 
 def _y_up(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([vectors[:, 0], vectors[:, 2], -vectors[:, 1]], axis=1)
-
-
-def _linear(colors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Convert sRGB channels to linear light, 0 to 1, as glTF requires at vertices."""
-    return np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from servoid.sim.samples.drawing.convex import Floats
 from servoid.sim.samples.drawing.nets import finer, surface_net
 from servoid.sim.samples.drawing.painting import texture_of
+from servoid.sim.samples.drawing.patterns import GAMMA
 from servoid.sim.samples.drawing.solids import (
     Array,
     RoundBox,
@@ -138,7 +139,7 @@ def paint(points: Array) -> Array:
     distances = np.stack([part.solid.distance(points) for part in PARTS])
     weights = np.exp((distances.min(axis=0) - distances) * np.float32(1 / _PAINT_EDGE))
     weights /= weights.sum(axis=0)
-    colors = np.array([part.paint for part in PARTS], np.float32) ** np.float32(2.2)
+    colors = np.array([part.paint for part in PARTS], np.float32) ** np.float32(GAMMA)
     painted = np.zeros_like(points)
     for weight, color in zip(weights, colors, strict=True):
         painted += weight * color[:, None]
@@ -162,5 +163,6 @@ def _inside(points: Array, center: Triple, radius: float) -> Array:
 def _coat(painted: Array, cover: Array, color: Triple, weight: Array) -> Array:
     """Return the paint (3, N) after another coat where both `cover` and `weight` (N,) allow it."""
     share = cover * weight
-    coated = painted + share * (np.asarray(color, np.float32)[:, None] ** np.float32(2.2) - painted)
+    linear = np.asarray(color, np.float32)[:, None] ** np.float32(GAMMA)
+    coated = painted + share * (linear - painted)
     return np.asarray(coated, np.float32)

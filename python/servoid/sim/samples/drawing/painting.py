@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from servoid.pose import Pose
 from servoid.sim.samples.drawing.convex import Convex, Floats
+from servoid.sim.samples.drawing.patterns import GAMMA
 from servoid.sim.samples.drawing.solids import Triple
 from servoid.sim.world.events.motions import row_of
 from servoid.sim.world.scene.visuals import ROOM, Cylinder, Ellipsoid, Finish, Plane, Shape, Visual
@@ -111,5 +112,5 @@ def _flat(half: Floats | tuple[float, float], texel: float) -> Floats:
 
 def texture_of(colors: Floats | NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Return linear colours (3, N) as a texture (H, W, 3)."""
-    levels = np.rint(255.0 * np.clip(colors, 0.0, 1.0) ** (1.0 / 2.2))
+    levels = np.rint(255.0 * np.clip(colors, 0.0, 1.0) ** (1.0 / GAMMA))
     return np.ascontiguousarray(levels.T.reshape(*shape, 3).astype(np.uint8))

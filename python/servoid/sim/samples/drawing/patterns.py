@@ -10,6 +10,9 @@ from servoid.sim.samples.drawing.convex import Floats
 
 Color = tuple[float, float, float]  # sRGB, 0 to 1
 
+# The curve of sRGB is close to this power, but would change the samples, whose images are recorded.
+GAMMA = 2.2
+
 _SIDE = 32
 _LATTICE = np.random.default_rng(11).random(_SIDE**3)
 _INK = np.random.default_rng(12).random((_SIDE, _SIDE)) < 0.62
@@ -96,4 +99,4 @@ def mottle(painted: Floats, points: Floats, size: float, strength: float, seed: 
 
 
 def _linear(color: Color) -> Floats:
-    return np.array(color)[:, None] ** 2.2
+    return np.array(color)[:, None] ** GAMMA

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose import exact
+from servoid.camera.srgb import linear_light
 from servoid.sim.world.events.motions import STILL, Floats
 
 ROOM, OBJECT, BOARD = "room", "object", "board"  # carriers that are not part of an arm
@@ -30,7 +30,7 @@ class Finish:
     @property
     def linear(self) -> Color:
         """Return the colour in linear light."""
-        red, green, blue = (_linear(part) for part in self.color)
+        red, green, blue = linear_light(self.color).tolist()
         return red, green, blue
 
 
@@ -95,7 +95,3 @@ class Visual:
     finish: Finish
     carrier: str = ROOM
     carrier_from_visual: Sequence[float] | Floats = STILL
-
-
-def _linear(part: float) -> float:
-    return part / 12.92 if part <= 0.04045 else exact.power((part + 0.055) / 1.055, 2.4)

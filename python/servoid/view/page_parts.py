@@ -26,12 +26,8 @@ def fill_text(text: str, parts: Mapping[str, str]) -> bytes:
     return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], text).encode()
 
 
-def with_head(template: str) -> str:
-    """Return a template with the common head, which allows scripts if the template has one."""
-    return _with_head(read(template))
-
-
 def _with_head(text: str) -> str:
+    """Return a template with the common head, which allows scripts if the template has one."""
     scripts = "; script-src 'unsafe-inline'" if "<script>" in text else ""
     return text.replace("{{head}}\n", read("head.html").replace("{{scripts}}", scripts))
 

@@ -1,13 +1,14 @@
 """What pages tell of pictures to those who cannot see them, or see them on small screens."""
 
 import re
+from collections import defaultdict
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from servoid.view.model import curve, html_page
-from servoid.view.page_parts import picture, with_head
+from servoid.view.page_parts import fill, picture
 from servoid.view.servo import servo_report
 from servoid.view.track import track_report
 
@@ -30,12 +31,12 @@ def test_a_picture_can_be_scrolled_by_keys_on_a_small_screen() -> None:
 
 @pytest.mark.parametrize("name", ["report.html", "track_report.html", "servo_report.html"])
 def test_pages_keep_plots_readable_on_small_screens(name: str) -> None:
-    text = with_head(name)
+    text = fill(name, defaultdict(str)).decode()
     assert re.search(r"max-width: 640px\) \{ \.wide \{ overflow-x: auto; \}", text)
 
 
 def test_each_table_of_views_can_be_scrolled_by_keys_on_a_small_screen() -> None:
-    text = with_head("report.html")
+    text = fill("report.html", defaultdict(str)).decode()
     assert re.search(r"\.scroll \{ overflow-x: auto; \}", text)
     assert re.search(r'<div class="scroll" tabindex="0" [^>]*>\n<table>', text)
 

@@ -45,6 +45,17 @@ def undocumented(name: str, one: object) -> list[str]:
     ]
 
 
+def test_each_package_but_the_internal_ones_is_a_public_part() -> None:
+    packages = {file.parent.name for file in (PACKAGE / "servoid").glob("*/__init__.py")}
+    assert packages - {"cli", "config"} == set(PARTS) - {"errors"}
+
+
+def test_each_part_is_an_attribute_of_the_package() -> None:
+    script = f"import servoid; print([getattr(servoid, part).__name__ for part in {PARTS}])"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stdout.strip() == str([f"servoid.{part}" for part in PARTS]), done.stderr
+
+
 @NAMED
 def test_each_part_lists_what_is_public_once_and_in_order(part: str) -> None:
     names = [name for name, _ in public(part)]

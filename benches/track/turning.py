@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from sequences import Recording, Table, recordings
 from servoid.cli.progress import progress_bar
+from servoid.pose.exact import Floats
 from servoid.source import Instant
 from servoid.track import Tracked
 from track_speed import LONG_IMAGES, LONG_ROWS, to_and_fro
@@ -51,8 +52,6 @@ from turning_scenes import (
 OBJECTS = ("bottle", "mug", "drill")
 SEEDS, TURNS, BIN_DEG = 2, 10, 30
 BLEACH = "hard/bleach_turn"
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

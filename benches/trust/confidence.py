@@ -18,11 +18,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from servoid.cli.progress import progress_bar
 from servoid.exchange import open_any
+from servoid.pose.exact import Floats
 from servoid.track import Request, track_capture
 
 sys.path.extend(
@@ -56,7 +56,6 @@ BOUNDS: dict[str, tuple[float, ...]] = {
     one.name: literal_eval(one.value) for one in constants() if one.file == "pose/confidence.rs"
 }
 
-Floats = NDArray[np.float64]
 Sample = tuple[str, Floats, Floats]  # a sequence, the evidence of its poses, and which are right
 
 

@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Pose
-
-Floats = NDArray[np.float64]
+from servoid.pose.exact import Floats
 
 _STEP = 0.0025
 _MARGIN = 0.01

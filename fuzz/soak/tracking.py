@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fuzz.soak.camera_faults import CameraFaults, Image
 from fuzz.soak.health import Health
@@ -16,6 +15,7 @@ from servoid.capture import View
 from servoid.errors import ServoidError
 from servoid.model import fit
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.record import Waypoint, read_trajectory, write_trajectory
 from servoid.shape import Body
 from servoid.sim import MovingScene, Scenario
@@ -39,8 +39,6 @@ POINTS = 300
 LOOKS, APART = 12, 14  # images that the toy is modelled of, and from one to the next
 RATE_HZ = 30.0
 MOST_IN_A_ROW = 1  # images that may be wrong and said to be tracked
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,9 +24,9 @@ from tracking_errors import tracking_errors
 
 from servoid._native import Estimate
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.record import Waypoint, read_trajectory
 from servoid.sim import MovingScene, Scenario
-from servoid.sim.samples.drawing.convex import Floats
 
 BAR_PX, BAR_STEP_PX, BAR_DISPARITY_PX = 16, 6, 69
 BESIDE_PX = 20.0  # about a third of the toy

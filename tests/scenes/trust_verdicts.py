@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tracking_errors import TrackingErrors, tracking_errors
 
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.track import Tracked
 
 WRONG_M, WRONG_SHARE, WRONG_RAD = 0.02, 0.1, np.radians(15.0)
@@ -20,7 +21,6 @@ SCALES = np.exp(np.linspace(-0.5, 0.5, 41))  # that are tried where one camera l
 POINTS, FEW = 2000, 200  # of a mesh's vertices that are compared, and for a scale
 CAPPED_M = 0.05  # errors above do not count for a scale
 
-Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 

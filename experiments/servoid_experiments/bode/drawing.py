@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 from servoid_experiments.bode.spread import Bode

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from servoid.camera import Camera
 from servoid.pose import Pose
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 from servoid.sim.serial_arm import SerialArm
 from servoid.source import Instant
 

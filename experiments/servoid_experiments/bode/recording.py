@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.servo import Command, Reason, Tick
-from servoid.servo.arm import Floats
 from servoid.servo.settings import ServoSettings
 from servoid.sim.world import World
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from servoid.output import write_whole
+from servoid.pose.exact import Floats
 from servoid.servo import ServoSettings
-from servoid.servo.arm import Floats
 from servoid_experiments.bode.drawing import MarginMap, maps_png
 from servoid_experiments.bode.margin import DELAYS_S, GAINS, MarginCase, MarginRow
 from servoid_experiments.bode.planning import MAPS

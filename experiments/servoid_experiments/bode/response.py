@@ -12,8 +12,8 @@ from servoid import model
 from servoid._native import Body
 from servoid.batch import Experiment
 from servoid.errors import ServoError
+from servoid.pose.exact import Floats
 from servoid.servo import Controller, ServoSettings, servo
-from servoid.servo.arm import Floats
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.track import Follower, Method
 from servoid_experiments.bode.recording import Course, RunRecorder

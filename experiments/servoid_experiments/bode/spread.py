@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 from servoid_experiments.bode.response import ResponseRow
 from servoid_experiments.stats import Spread, spread_of
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.pose import Pose
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 
 Complexes = NDArray[np.complex128]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.pose import Pose
-from servoid.sim.world.events.motions import Floats
+from servoid.pose.exact import Floats
 
 _UP = np.array([0.0, -1.0, 0.0])
 GOLDEN = float(np.pi * (3.0 - np.sqrt(5.0)))  # spreads any number of views evenly

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from servoid._native import Body, Camera, Lens, Paint, Scene
 from servoid.errors import SimError
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.sim.samples import bird
-from servoid.sim.world.events.motions import STILL, Floats, pose_of, row_of, unit_row
+from servoid.sim.world.events.motions import STILL, pose_of, row_of, unit_row
 from servoid.sim.world.objects import OBJECTS, make_object
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid_experiments.metrics import held_by

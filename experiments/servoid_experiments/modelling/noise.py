@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.pose import Pose
-from servoid.sim.world.events.motions import Floats
+from servoid.pose.exact import Floats
 from servoid_experiments.modelling.cases import ModelCase
 
 _LUMP_PX = 12  # correlation length of the outline's error in pixels

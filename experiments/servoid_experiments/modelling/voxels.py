@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.sim.world.events.motions import Floats
+from servoid.pose.exact import Floats
 
 _OFF = np.array([0.3819, 0.4142, 0.5])  # of a voxel: offset so that lines meet no vertex of a mesh
 

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
 from servoid.pose import Pose, looking
+from servoid.pose.exact import Floats
 from servoid.sim.world.cameras.camera_simulator import make_lens
 from servoid.sim.world.cameras.renderer import Image, Raycaster, Shot
-from servoid.sim.world.events.motions import STILL, Floats, compose, pose_of, row_of, unit_row
+from servoid.sim.world.events.motions import STILL, compose, pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.room import make_room
 from servoid.sim.world.scene.visuals import BOARD, OBJECT, Box, Finish, Visual

@@ -8,8 +8,8 @@ import numpy as np
 from servoid._native import Body, Camera, ModelInput, ModelSettings, View, fit_body
 from servoid.batch import Experiment
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.servo import spun_like
-from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.objects import SPIN_AXES
 from servoid.track import Estimate
 from servoid_experiments.metrics import add_error

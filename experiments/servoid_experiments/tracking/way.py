@@ -3,7 +3,7 @@
 import numpy as np
 
 from servoid.pose import Pose
-from servoid.sim.world.events.motions import Floats
+from servoid.pose.exact import Floats
 from servoid.sim.world.events.paths import Random
 
 _REACH = 0.05  # metres, along each axis

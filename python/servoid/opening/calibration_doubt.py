@@ -15,6 +15,7 @@ from servoid._native import Lens, Pose
 from servoid.camera import Picture
 from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError, ImageError
+from servoid.pose.exact import Floats
 from servoid.words import digits
 
 _PAIRS = 4
@@ -32,8 +33,6 @@ _PARTS = 8  # of the matches, for leave-one-part-out; all parts must agree
 _SURE = 4.0  # standard deviations
 _FIT_PX = 1.0  # at 1000 px of diagonal: features that fit are nearer to their lines than this
 _OFF_PX = 2.5  # at 1000 px of diagonal: features further off contradict the cameras' poses
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

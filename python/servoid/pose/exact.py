@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from servoid import _native
 
-Array = NDArray[np.float64]
+Floats = NDArray[np.float64]
 
 
 class _Elementary(Protocol):
@@ -22,7 +22,7 @@ class _Elementary(Protocol):
     @overload
     def __call__(self, x: float, /) -> float: ...
     @overload
-    def __call__(self, x: Array, /) -> Array: ...
+    def __call__(self, x: Floats, /) -> Floats: ...
 
 
 sin: _Elementary = _native.exact_sin
@@ -39,10 +39,10 @@ power: Callable[[float, float], float] = _native.exact_power
 
 
 @overload
-def product(a: Array, b: Array, /) -> Array: ...
+def product(a: Floats, b: Floats, /) -> Floats: ...
 @overload
-def product(a: Array, b: Array, c: Array, /, *more: Array) -> Array: ...
-def product(*factors: Array) -> Array:
+def product(a: Floats, b: Floats, c: Floats, /, *more: Floats) -> Floats: ...
+def product(*factors: Floats) -> Floats:
     """Multiply matrices (M, K) and (K, N) from the left; the first or last may be a vector (K,)."""
     result, *others = factors
     for other in others:
@@ -55,17 +55,17 @@ def product(*factors: Array) -> Array:
     return result
 
 
-def dot(a: Array, b: Array) -> float:
+def dot(a: Floats, b: Floats) -> float:
     """Return the dot product of two vectors (K,)."""
     return float(_native.exact_product(a[None, :], b[:, None])[0, 0])
 
 
-def norm(vector: Array) -> float:
+def norm(vector: Floats) -> float:
     """Return the length of a vector (K,); for lengths along an axis see `lengths`."""
     return _native.exact_norm(vector)
 
 
-def lengths(vectors: Array) -> Array:
+def lengths(vectors: Floats) -> Floats:
     """Return the lengths of vectors (..., K)."""
     return np.sqrt((vectors * vectors).sum(axis=-1))
 
@@ -73,14 +73,14 @@ def lengths(vectors: Array) -> Array:
 @overload
 def hypot(x: float, y: float) -> float: ...
 @overload
-def hypot(x: Array, y: Array) -> Array: ...
-def hypot(x: Array | float, y: Array | float) -> Array | float:
+def hypot(x: Floats, y: Floats) -> Floats: ...
+def hypot(x: Floats | float, y: Floats | float) -> Floats | float:
     """Return the square root of x² + y², for numbers or for arrays of one shape."""
     found = np.sqrt(x * x + y * y)
     return found if isinstance(found, np.ndarray) else float(found)
 
 
-def solve(matrix: Array, right: Array) -> Array:
+def solve(matrix: Floats, right: Floats) -> Floats:
     """Solve matrix (N, N) times x = right, (N,) or (N, K).
 
     Raises:
@@ -94,7 +94,7 @@ def solve(matrix: Array, right: Array) -> Array:
     return _native.exact_solve(matrix, right)
 
 
-def eigh(matrix: Array) -> tuple[Array, Array]:
+def eigh(matrix: Floats) -> tuple[Floats, Floats]:
     """Return the eigenvalues (N,) of a symmetric matrix, ascending, and (N, N) eigenvectors.
 
     The eigenvectors are the columns; their signs are arbitrary.

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
+from servoid.pose.exact import Floats
 from servoid.scan.matching import SEED, Matched
 from servoid.scan.running import pycolmap, run
 from servoid.scan.solution import Solution
@@ -19,8 +20,6 @@ _WORTH_BENDING = 0.005  # share of the squared error that a distortion must remo
 # Features with larger errors, in pixels and in diagonals, count less than by their square.
 _FAR_PX, _FAR = 0.5, 0.0006
 _CORNER = 0.5  # COLMAP's pixels start at the corner of the first pixel, ours at its centre
-
-Floats = NDArray[np.float64]
 
 
 def place_images(

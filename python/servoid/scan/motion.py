@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ScanError
+from servoid.pose.exact import Floats
 from servoid.scan.matching import Matched, Pair
 
 _FEW_FEATURES = 60  # in the median image: a blank wall
@@ -22,8 +23,6 @@ _MOST_PAIRS = 40
 _TURN_PX = 0.003  # of the diagonal: error below which a match follows a rotation
 _ONLY_TURNS = 0.9  # share of matches that follow rotation alone
 _FOCALS = np.geomspace(0.4, 4.0, 13)  # of the diagonal
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 from servoid.words import finite
 
 if TYPE_CHECKING:

@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.words import counted
-
-Floats = NDArray[np.float64]
 
 
 def _row(what: str, given: object, count: int | None = None) -> Floats:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Arm, Floats, JointState, Shaped
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Arm, JointState, Shaped
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.keeping.bounds import Bounds, Rows, Window
 from servoid.servo.keeping.limiter import Limiter

@@ -7,8 +7,9 @@ import numpy as np
 
 from servoid._native import Camera, Estimate
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.servo.accuracy import TrueGoal
-from servoid.servo.arm import Arm, Eyes, Floats, Joints
+from servoid.servo.arm import Arm, Eyes, Joints
 from servoid.servo.loop import Tick
 from servoid.source.source import Instant
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import exact
+from servoid.pose.exact import Floats
 from servoid.servo.accuracy import Accuracy, rms
-from servoid.servo.arm import Floats
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.log import ServoLog
 from servoid.words import finite

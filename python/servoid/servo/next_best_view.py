@@ -8,7 +8,8 @@ import numpy as np
 from servoid._native import Body
 from servoid.errors import ServoError
 from servoid.pose import Pose, exact, looking
-from servoid.servo.arm import Arm, Floats
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Arm
 from servoid.servo.controller import Command, Controller
 from servoid.servo.law.moving import change_between
 from servoid.servo.law.reach import reached

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Body
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 
 _FACING = 0.35  # minimum cosine between normal and direction to a camera for a good view
 _PLACES = 400  # samples of the whole surface

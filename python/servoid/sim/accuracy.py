@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from servoid._native import Pose
-from servoid.sim.samples.drawing.convex import Floats
+from servoid.pose.exact import Floats
 
 
 def median_add_m(found: Sequence[Pose], true: Sequence[Pose], points: Floats) -> float:

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from servoid._native import Lens, Pose
 from servoid.capture import Capture, PosedImage, capture_of
 from servoid.model import Request, fit_capture
+from servoid.pose.exact import Floats
 from servoid.sim.accuracy import median_add_m
 from servoid.sim.world.cameras.renderer import Raycaster, Shot
-from servoid.sim.world.events.motions import Floats, compose, row_of
+from servoid.sim.world.events.motions import compose, row_of
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.objects.prints import grain
 from servoid.sim.world.scene.true_object import true_object

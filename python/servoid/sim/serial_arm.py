@@ -6,7 +6,8 @@ import numpy as np
 
 from servoid.errors import ServoError, SimError
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Eyes, Floats, Joints, JointState
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Eyes, Joints, JointState
 from servoid.servo.law.reach import reached
 from servoid.sim.arm_file import ArmFile
 from servoid.words import counted

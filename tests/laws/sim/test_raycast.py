@@ -17,7 +17,6 @@ from ray_scenes import (
     SIZE_PX,
     SKEW,
     WHITE,
-    Floats,
     cluttered,
     depth_of,
     image_of,
@@ -31,6 +30,7 @@ from tiers import tiered
 from servoid._native import Lens, Lighting, Scene
 from servoid.camera import Camera
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.shape import Body
 
 # Depth, by another way: how far inside a shape a point is, walked along each ray.

@@ -12,7 +12,6 @@ from ray_scenes import (
     SIZE_PX,
     SKEW,
     WHITE,
-    Floats,
     cluttered,
     depth_of,
     grey_wall,
@@ -23,6 +22,7 @@ from ray_scenes import (
 from scipy.spatial.transform import Rotation
 
 from servoid._native import Lens, Lighting, Paint, Scene
+from servoid.pose.exact import Floats
 
 
 @pytest.mark.parametrize("lens", LENSES, ids=("pinhole", "bent", "fisheye"))

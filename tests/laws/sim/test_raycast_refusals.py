@@ -3,16 +3,11 @@
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from ray_scenes import (
-    HERE,
-    PINHOLE,
-    RADII,
-    WHITE,
-    Floats,
-)
+from ray_scenes import HERE, PINHOLE, RADII, WHITE
 
 from servoid._native import Lighting, Paint, Scene
 from servoid.errors import PoseError, ServoidError, SimError
+from servoid.pose.exact import Floats
 
 
 def one_visual() -> Scene:

@@ -10,8 +10,8 @@ from recordings import SNAIL, Alone, Recording, wrong
 from tracking_errors import tracking_errors
 
 from servoid._native import Estimate
+from servoid.pose.exact import Floats
 from servoid.sim import MovingScene
-from servoid.sim.samples.drawing.convex import Floats
 
 STRIKES = 10
 LAST = 24

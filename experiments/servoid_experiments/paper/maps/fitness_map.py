@@ -8,11 +8,12 @@ import numpy as np
 from servoid._native import PaperSettings, Pose, Tracker, TrackSettings, View, paper_scores
 from servoid.batch import Experiment
 from servoid.errors import MaskError
+from servoid.pose.exact import Floats
 from servoid.segment.hue import hue_window, match_image
 from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
 from servoid_experiments.paper.maps.case import Answer, Fitness, FitnessRow, MapCase, MapRow
 from servoid_experiments.paper.maps.places import Places
-from servoid_experiments.paper.maps.ridges import Floats, Ridge, peak_of, width_at_share
+from servoid_experiments.paper.maps.ridges import Ridge, peak_of, width_at_share
 
 FINEST, COARSEST = 0, 2  # resolutions of the surface points
 _BESIDE = 0.005  # along each axis: the offset at which servoid starts its search

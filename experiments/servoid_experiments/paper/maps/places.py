@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from servoid.pose.exact import Floats
 from servoid_experiments.paper.maps.case import MapTrial
-from servoid_experiments.paper.maps.ridges import Floats
 
 _PROFILE_STEP = 0.0005
 _CREST_STEP, _CREST_ASIDE = 0.001, 0.003

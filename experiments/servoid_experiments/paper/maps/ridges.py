@@ -2,9 +2,8 @@
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from servoid.pose.exact import Floats
 
 SHARE = 0.9
 

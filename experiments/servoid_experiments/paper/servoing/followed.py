@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from servoid.pose.exact import Floats
+
 Triple = tuple[float, float, float]
 
 _KEPT_S = 1.0 / 16.0  # between two recorded instants of a time course

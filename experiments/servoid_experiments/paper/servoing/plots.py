@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servoid.output import write_together
+from servoid.pose.exact import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 from servoid_experiments.paper.servoing.followed import Courses
@@ -18,7 +18,6 @@ from servoid_experiments.stats import Spread
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
 
 _HAND, _SEEN = DISTINCT[0], DISTINCT[1]
 _ROOM = 1.08

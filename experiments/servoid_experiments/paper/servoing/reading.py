@@ -9,7 +9,7 @@ from typing import cast
 
 from servoid._native import Estimate
 from servoid.pose import Pose
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 from servoid.sim.world import World
 from servoid.track.follower import Follower, Images
 

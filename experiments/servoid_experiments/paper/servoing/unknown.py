@@ -8,16 +8,14 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from servoid.batch import Experiment
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.sim.trial.servoing import ServoTrial, run_servo_trial
 from servoid.sim.trial.settings import RunSettings, TrackingSettings, TrialSettings
 from servoid.sim.world import CameraSettings, ObjectSettings, WorldSettings
 from servoid_experiments.paper.servoing.followed import Followed, Track, followed
-
-Floats = NDArray[np.float64]
 
 
 class UnknownCase(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

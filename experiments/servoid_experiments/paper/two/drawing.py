@@ -9,8 +9,9 @@ import numpy as np
 
 from servoid._native import Body, Pose
 from servoid.output import write_whole
+from servoid.pose.exact import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
-from servoid_experiments.metrics import Floats, shape_matrices
+from servoid_experiments.metrics import shape_matrices
 from servoid_experiments.paper.eye_pair import EyePair, paper_hand, true_body
 from servoid_experiments.paper.two.case import OBJECT_NAME, Procedure, TwoCase, TwoRow
 from servoid_experiments.report import csv_of

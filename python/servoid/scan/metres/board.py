@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ScanError
+from servoid.pose.exact import Floats
 from servoid.scan.metres.scale import Scale, triangulate
 from servoid.scan.solution import Solution
 from servoid.words import number_of
@@ -18,8 +19,6 @@ _DICTIONARY = "DICT_4X4_50"
 _LEAST_CORNERS = 6
 _LEAST_IMAGES = 2
 _OFF_PX = 3.0  # at 1000 px of diagonal: a corner with a larger error was misread
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

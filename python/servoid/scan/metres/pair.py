@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
 from servoid.errors import ScanError
+from servoid.pose.exact import Floats
 from servoid.scan.footage import Footage
 from servoid.scan.matching import Matched, match_pairs
 from servoid.scan.metres.scale import Scale
@@ -24,8 +25,6 @@ _TRIES = 1000
 _ROUNDS, _SMALL = 15, 1e-6
 _MAD_TO_STD = 1.4826
 _ROUGH = 0.05  # relative deviation of a scale that is useless
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

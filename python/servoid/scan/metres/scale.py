@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servoid.errors import ScanError
+from servoid.pose.exact import Floats
 from servoid.scan.footage import image_name
 from servoid.scan.solution import Solution
 from servoid.words import digits, number_of
@@ -17,8 +17,6 @@ _OFF_PX = 8.0  # at 1000 px of diagonal: ends of a length with larger errors are
 _APART = 0.03  # relative difference by which lengths may disagree
 _LEAST_RAD = math.radians(1.5)  # between the rays to an end
 _ROUNDS = 4
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

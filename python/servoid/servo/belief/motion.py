@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from servoid.pose import exact
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 
 
 class Way(Protocol):

@@ -7,7 +7,8 @@ import numpy as np
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
-from servoid.servo.arm import Arm, Eyes, Floats, Joints, JointState, Shaped, Solid
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Arm, Eyes, Joints, JointState, Shaped, Solid
 
 
 class RememberingArm:

@@ -7,7 +7,7 @@ import numpy as np
 
 from servoid.errors import ServoError
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 from servoid.servo.belief.jumps import GateResult, Jumps
 from servoid.servo.belief.motion import Going, Manner, Motion, Noise, Seen, Swinging
 from servoid.servo.belief.unobservable_turns import UnobservableTurns, UnsureEstimate

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 from servoid.servo.law.moving import change_between
 from servoid.servo.settings import SafetySettings
 from servoid.source.source import Instant

@@ -6,7 +6,8 @@ import numpy as np
 
 from servoid.errors import MissingExtraError
 from servoid.pose import exact
-from servoid.servo.arm import Arm, Floats
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Arm
 from servoid.servo.keeping.bounds import INSIDE, Ball, Bounds, Rows, Window
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.joints import JointSetpoint

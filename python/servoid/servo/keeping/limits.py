@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.servo.arm import Floats, Joints, JointState
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Joints, JointState
 from servoid.servo.keeping.bounds import Window
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.settings import JointSettings

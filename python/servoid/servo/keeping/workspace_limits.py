@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Floats, Solid
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Solid
 from servoid.servo.keeping.bounds import Rows
 from servoid.servo.keeping.limits import stoppable_speed
 from servoid.servo.keeping.safety import Reason

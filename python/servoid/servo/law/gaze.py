@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Eyes, Floats, JointState
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Eyes, JointState
 from servoid.servo.keeping.bounds import Window
 from servoid.servo.settings import GazeMode, GazeSettings
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from servoid.pose import exact
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 from servoid.servo.law.moving import Moving
 from servoid.servo.settings import HandSettings
 

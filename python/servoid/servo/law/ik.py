@@ -3,7 +3,8 @@
 import numpy as np
 
 from servoid.pose import exact
-from servoid.servo.arm import Arm, Floats, JointState
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Arm, JointState
 from servoid.servo.law.joints import IDLE_WEIGHT, HandSetpoint, JointSetpoint
 from servoid.servo.settings import JointSettings
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Floats
+from servoid.pose.exact import Floats
 
 
 def cross_matrix(vector: Floats) -> Floats:

@@ -5,7 +5,8 @@ from typing import Protocol
 import numpy as np
 
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Floats, Joints
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Joints
 from servoid.servo.law.moving import change_between
 
 _DAMPING = 1e-3

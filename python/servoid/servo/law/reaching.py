@@ -3,7 +3,8 @@
 import numpy as np
 
 from servoid.pose import Pose, exact
-from servoid.servo.arm import Arm, Floats, JointState
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Arm, JointState
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.reach import stepped
 from servoid.servo.settings import JointSettings

@@ -8,7 +8,8 @@ import numpy as np
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
-from servoid.servo.arm import Eyes, Floats, Joints, JointState, Shaped, Solid
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Eyes, Joints, JointState, Shaped, Solid
 from servoid.servo.link.driver import Driver
 from servoid.servo.link.lines import Address
 from servoid.servo.link.messages import MotionCommand, State

@@ -10,7 +10,8 @@ from enum import Enum
 
 import numpy as np
 
-from servoid.servo.arm import Floats, Joints, JointState
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Joints, JointState
 from servoid.servo.keeping.limits import stoppable_speed
 from servoid.servo.link.messages import FromLoop, MotionCommand, Phase, Start
 from servoid.servo.link.settings import LinkSettings

@@ -7,7 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.servo.arm import Floats, Joints, JointState
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Joints, JointState
 from servoid.servo.link.lines import Lines
 from servoid.servo.link.messages import VERSION, Busy, Phase, State, Welcome, from_loop, line_of
 from servoid.servo.link.receiver import CommandReceiver

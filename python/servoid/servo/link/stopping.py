@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.servo.arm import Floats, Joints
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Joints
 from servoid.servo.link.settings import LinkSettings
 from servoid.words import counted
 

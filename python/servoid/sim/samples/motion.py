@@ -3,7 +3,7 @@
 import numpy as np
 
 from servoid.pose import Pose, looking
-from servoid.sim.samples.drawing.convex import Floats
+from servoid.pose.exact import Floats
 
 RATE_HZ = 30.0
 

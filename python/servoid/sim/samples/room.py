@@ -8,9 +8,10 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from servoid.pose.exact import Floats
 from servoid.sim.samples import snail
 from servoid.sim.samples.drawing import patterns
-from servoid.sim.samples.drawing.convex import Convex, Floats, box, ellipsoid, tube
+from servoid.sim.samples.drawing.convex import Convex, box, ellipsoid, tube
 from servoid.sim.samples.drawing.painting import flat_painted, painted
 from servoid.sim.world.scene.visuals import ROOM, Visual
 

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.sim.samples import motion, room, snail
 from servoid.sim.samples.drawing import patterns
-from servoid.sim.samples.drawing.convex import Floats, box
+from servoid.sim.samples.drawing.convex import box
 from servoid.sim.samples.drawing.painting import painted
 from servoid.sim.samples.drawing.stage import Stage
 from servoid.sim.world.scene.visuals import BOARD, OBJECT, Visual

@@ -11,6 +11,7 @@ from servoid import model
 from servoid.errors import ServoError
 from servoid.output import make_folder
 from servoid.pose import Pose, exact
+from servoid.pose.exact import Floats
 from servoid.servo import (
     Command,
     Controller,
@@ -25,7 +26,6 @@ from servoid.servo import (
     servo,
     visit,
 )
-from servoid.servo.arm import Floats
 from servoid.servo.exploration import Exploration, Masks, awaited, explore
 from servoid.servo.law.moving import change_between
 from servoid.sim.trial.marking import marker

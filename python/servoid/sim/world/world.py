@@ -9,6 +9,7 @@ from servoid._native import Camera, Lens
 from servoid.camera.lenses import pinhole_lens
 from servoid.errors import SimError
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.sim.world.arms.calibration import Calibration
 from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.joint_servos import JointServos
@@ -26,7 +27,7 @@ from servoid.sim.world.cameras.overview import overview_from
 from servoid.sim.world.cameras.renderer import Renderer, Shot
 from servoid.sim.world.cameras.renderers import RENDERERS
 from servoid.sim.world.events.faults import Occlude
-from servoid.sim.world.events.motions import STILL, Floats, pose_of, row_of, unit_row
+from servoid.sim.world.events.motions import STILL, pose_of, row_of, unit_row
 from servoid.sim.world.events.paths import Path, parse_path
 from servoid.sim.world.events.timeline import Timeline
 from servoid.sim.world.lab import Lab

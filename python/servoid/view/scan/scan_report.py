@@ -7,9 +7,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from servoid.errors import OutputError
+from servoid.pose.exact import Floats
 from servoid.scan import Scan
 from servoid.view.page_parts import fill, image, notes_list, paragraphs, verdict_list
 from servoid.words import digits
@@ -21,8 +21,6 @@ _MOST_POINTS = 4000
 _DRAWN_PX = 460
 _MARGIN_PX = 14
 _INSIDE = 0.9  # share of the points that a plan shows: distant ones would make all others small
-
-Floats = NDArray[np.float64]
 
 
 def scan_page(scan: Scan, images: Path) -> bytes:

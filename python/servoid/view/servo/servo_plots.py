@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servoid.output import write_together
+from servoid.pose.exact import Floats
 from servoid.servo import ServoLog, holds
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
@@ -19,7 +19,6 @@ from servoid.view.page import INK, QUIET_INK
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
 
 _WIDE_IN, _PANEL_IN = 9.6, 2.15
 _ZOOM = 4.0  # errors that fall by this factor get a panel of their own

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Pose
+from servoid.pose.exact import Floats
 from servoid.track import History, Tracked
-
-Floats = NDArray[np.float64]
 
 SEEN_WITHIN = np.radians(45.0)
 """A side counts as seen if a camera was within this angle, in radians, of its normal."""

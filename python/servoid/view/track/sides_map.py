@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servoid.pose.exact import Floats
 from servoid.view.axes import DISTINCT, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 from servoid.view.track.sides import SEEN_WITHIN, Sides
@@ -24,8 +24,6 @@ _NAMES = {
     "top": (0.0, 90.0),
     "bottom": (0.0, -90.0),
 }
-
-Floats = NDArray[np.float64]
 
 
 def draw_sides(sides: Sides, names: tuple[str, ...]) -> bytes:

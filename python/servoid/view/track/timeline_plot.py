@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from servoid.pose.exact import Floats
 from servoid.track import Tracked
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
@@ -22,8 +22,6 @@ _LABELS = {"located": "searching, located"}
 _MOST_NOTICES = 6
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 _LANE_IN = 0.3
-
-Floats = NDArray[np.float64]
 
 
 def state_of(one: Tracked) -> str:

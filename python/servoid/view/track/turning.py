@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Pose
+from servoid.pose.exact import Floats
 from servoid.track import Tracked
-
-Floats = NDArray[np.float64]
 
 _STEP = np.radians(3.0)  # smaller rotations back and forth do not add up
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.pose.exact import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 from servoid.view.track.turning import Cause, Turning
@@ -16,8 +17,6 @@ MARKS = {Cause.KNOWN_SIDE: ("v", DISTINCT[1]), Cause.ADJUSTED: ("D", DISTINCT[2]
 _MOST_NAMED = 12  # corrections labelled with their size, the largest
 _LEAST_SPAN_DEG = 10.0
 _SHADE = "#e4e0d8"
-
-Floats = NDArray[np.float64]
 
 
 def draw_turning(turning: Turning, tracked: NDArray[np.bool_]) -> bytes:

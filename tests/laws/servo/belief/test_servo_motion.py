@@ -4,13 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from tiers import tiered
 
+from servoid.pose.exact import Floats
 from servoid.servo.belief.motion import Going, Manner, Motion, Noise, Seen, Swinging
 from servoid.servo.settings import HandSettings, TargetSettings
 
-Floats = NDArray[np.float64]
 PERIOD_S, RATE_HZ, DELAY_S = 0.008, 30.0, 0.04
 LAG_S = 0.02  # of the joints
 NOISE = 0.0003  # m, of the estimates

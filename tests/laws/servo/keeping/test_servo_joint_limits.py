@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from servo_loop import Floats
 
+from servoid.pose.exact import Floats
 from servoid.servo import Joints, JointState
 from servoid.servo.keeping.limits import JointLimits, stopping_distance
 from servoid.servo.settings import JointSettings

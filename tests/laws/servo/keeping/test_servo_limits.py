@@ -5,7 +5,6 @@ import pytest
 from fake_tracker import FakeEstimate
 from servo_loop import (
     GOAL_FROM_OBJECT,
-    Floats,
     Loop,
     Seen,
     broken_limits,
@@ -15,6 +14,7 @@ from servo_loop import (
 )
 
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.servo import JointLaw, ServoSettings
 from servoid.servo.settings import JointSettings
 from servoid.source.source import Instant

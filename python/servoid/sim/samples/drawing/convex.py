@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.pose.exact import Floats
 from servoid.sim.samples.drawing.solids import Triple, turned_axes
-
-Floats = NDArray[np.float64]
 
 _ENDLESS = float("inf")
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.pose import Pose
-from servoid.sim.samples.drawing.convex import Convex, Floats
+from servoid.pose.exact import Floats
+from servoid.sim.samples.drawing.convex import Convex
 from servoid.sim.samples.drawing.patterns import GAMMA
 from servoid.sim.samples.drawing.solids import Triple
 from servoid.sim.world.events.motions import row_of

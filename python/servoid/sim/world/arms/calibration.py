@@ -4,10 +4,10 @@ import numpy as np
 
 from servoid._native import Camera
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.servo import Eyes
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.robot import Robot
-from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.lab import Lab
 
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import exact
+from servoid.pose.exact import Floats
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.protective_stop import ProtectiveStop
 from servoid.sim.world.arms.robot import Robot
-from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.scene.contacts import greatest_force
 from servoid.sim.world.scene.engine import load_mujoco
 

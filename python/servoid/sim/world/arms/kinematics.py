@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from servoid.errors import SimError
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.servo import Joints, reached
 from servoid.sim.world.arms.robot import EYES, HAND, Robot
-from servoid.sim.world.events.motions import Floats, pose_of
+from servoid.sim.world.events.motions import pose_of
 from servoid.sim.world.scene.engine import load_mujoco
 
 _TRIES = 60  # initial values that are tried for a hand pose

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import exact
+from servoid.pose.exact import Floats
 from servoid.sim.world.arms.robot import Robot
-from servoid.sim.world.events.motions import Floats
 from servoid.sim.world.scene.engine import load_mujoco
 
 _SMOOTHED_S = 0.004  # time constant of the torques, so that rounding in a single step has no effect

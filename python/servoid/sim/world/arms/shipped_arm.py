@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import exact
+from servoid.pose.exact import Floats
 from servoid.sim.arm_file import ArmFile
 from servoid.sim.world.arms.head import add_head, head_visuals
 from servoid.sim.world.arms.robot import HAND, JointServo, Robot
-from servoid.sim.world.events.motions import Floats, pose_of
+from servoid.sim.world.events.motions import pose_of
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.solids import add_solids
 from servoid.sim.world.scene.visuals import ROOM, Capsule, Cylinder, Finish, Visual

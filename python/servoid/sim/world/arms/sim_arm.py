@@ -6,12 +6,12 @@ import numpy as np
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
+from servoid.pose.exact import Floats
 from servoid.servo import Eyes, Joints, JointState, Solid
 from servoid.sim.world.arms.calibration import Calibration
 from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.protective_stop import ProtectiveStop
-from servoid.sim.world.events.motions import Floats
 
 _AT_REST = 0.02  # rad/s, above the encoders' noise of a joint at rest
 

@@ -9,6 +9,7 @@ import numpy as np
 from servoid._native import Camera, Lens
 from servoid.camera import undistortion
 from servoid.pose import exact
+from servoid.pose.exact import Floats
 from servoid.sim.world.arms.calibration import Calibration
 from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.joint_servos import JointServos
@@ -17,7 +18,7 @@ from servoid.sim.world.cameras.metering import Metering
 from servoid.sim.world.cameras.renderer import Image, Renderer, Shot
 from servoid.sim.world.cameras.rows import bands, lens_of
 from servoid.sim.world.events.faults import DropImages, FreezeCamera, concerns, is_on
-from servoid.sim.world.events.motions import Floats, row_of
+from servoid.sim.world.events.motions import row_of
 from servoid.sim.world.events.timeline import Timeline
 from servoid.sim.world.lab import Lab
 from servoid.sim.world.scene.layout import Layout

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import exact
-from servoid.sim.world.events.motions import Floats
+from servoid.pose.exact import Floats
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.visuals import (

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from servoid._native import Lens
 from servoid.errors import SimError
 from servoid.pose import exact
+from servoid.pose.exact import Floats
 from servoid.sim.world.cameras.gl_context import make_context
 from servoid.sim.world.cameras.gl_model import build_model
 from servoid.sim.world.cameras.renderer import Depth, Image, Shot
-from servoid.sim.world.events.motions import Floats, rotate
+from servoid.sim.world.events.motions import rotate
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.visuals import Visual
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Lighting, Paint, Scene
-from servoid.sim.world.events.motions import Floats
+from servoid.pose.exact import Floats
 from servoid.sim.world.scene.visuals import (
     Box,
     Capsule,

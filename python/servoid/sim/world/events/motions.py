@@ -3,11 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servoid.pose import Pose, exact
-
-Floats = NDArray[np.float64]
+from servoid.pose.exact import Floats
 
 STILL = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from servoid.errors import SimError
 from servoid.pose import Pose, exact
-from servoid.sim.world.events.motions import Floats
+from servoid.pose.exact import Floats
 from servoid.words import counted
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

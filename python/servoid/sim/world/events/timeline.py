@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from servoid.pose import Pose, exact
+from servoid.pose.exact import Floats
 from servoid.sim.world.events.faults import Occlude, Teleport, is_on
-from servoid.sim.world.events.motions import Floats, compose, row_of
+from servoid.sim.world.events.motions import compose, row_of
 from servoid.sim.world.events.paths import Path, twist_at
 from servoid.sim.world.settings import WorldSettings
 

@@ -7,13 +7,14 @@ import numpy as np
 from msgspec.structs import replace
 
 from servoid.errors import SimError
+from servoid.pose.exact import Floats
 from servoid.servo.law.gaze import fixation
 from servoid.sim.arm_file import ArmFile, read_arm
 from servoid.sim.world.arms.file_arm import build_file_arm, is_file_name
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.robot import Robot
 from servoid.sim.world.arms.shipped_arm import build_shipped_arm
-from servoid.sim.world.events.motions import Floats, pose_of, unit_row
+from servoid.sim.world.events.motions import pose_of, unit_row
 from servoid.sim.world.lab import Lab
 from servoid.sim.world.scene.contacts import name_geoms, touching_model
 from servoid.sim.world.scene.engine import load_mujoco

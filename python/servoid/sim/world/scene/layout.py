@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import exact
+from servoid.pose.exact import Floats
 from servoid.sim.world.arms.kinematics import Kinematics
-from servoid.sim.world.events.motions import STILL, Floats, compose, row_of
+from servoid.sim.world.events.motions import STILL, compose, row_of
 from servoid.sim.world.events.timeline import Timeline
 from servoid.sim.world.scene.visuals import BOARD, OBJECT, ROOM, Visual
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from servoid.errors import SimError
 from servoid.pose import exact
-from servoid.sim.world.events.motions import Floats
+from servoid.pose.exact import Floats
 from servoid.sim.world.objects.prints import Sheet, grain
 from servoid.sim.world.scene.visuals import (
     Box,

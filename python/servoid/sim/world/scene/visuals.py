@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.camera.srgb import linear_light
-from servoid.sim.world.events.motions import STILL, Floats
+from servoid.pose.exact import Floats
+from servoid.sim.world.events.motions import STILL
 
 ROOM, OBJECT, BOARD = "room", "object", "board"  # carriers that are not part of an arm
 

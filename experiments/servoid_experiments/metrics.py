@@ -1,4 +1,4 @@
-"""Metrics that compare poses and bodies with the truth: ADD, IoU, distances of parts."""
+"""Metrics that compare poses and bodies with the truth: IoU, distances of parts."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,12 +8,6 @@ from servoid.pose.exact import Floats
 
 _STEP = 0.0025
 _MARGIN = 0.01
-
-
-def add_error(points: Floats, believed: Pose, truth: Pose) -> float:
-    """Return ADD: the mean distance of points (N, 3) of an object at two poses, in metres."""
-    apart = believed.transform(points) - truth.transform(points)
-    return float(np.linalg.norm(apart, axis=1).mean())
 
 
 def held_by(body: Body, points: Floats) -> NDArray[np.bool_]:

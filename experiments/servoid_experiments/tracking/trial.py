@@ -10,9 +10,9 @@ from servoid.batch import Experiment
 from servoid.pose import Pose
 from servoid.pose.exact import Floats
 from servoid.servo import spun_like
+from servoid.sim.accuracy import add_m
 from servoid.sim.world.objects import SPIN_AXES
 from servoid.track import Estimate
-from servoid_experiments.metrics import add_error
 from servoid_experiments.modelling import around, design_of
 from servoid_experiments.tracking.cases import TrackCase, TrackRow
 from servoid_experiments.tracking.followers import start_follower
@@ -77,7 +77,7 @@ def _add(row: TrackRow, estimate: Estimate, poses: tuple[Pose, Pose], known: Kno
     turn = (truth.inverse() @ believed).log()[3:]
     row.position_mm.append(1000.0 * float(np.linalg.norm(away)))
     row.turn_deg.append(float(np.degrees(np.linalg.norm(turn))))
-    row.add_share.append(add_error(known.points, believed, truth) / known.diameter)
+    row.add_share.append(add_m(believed, truth, known.points) / known.diameter)
     row.status.append(estimate.status)
 
 

@@ -21,7 +21,7 @@ from servoid.opening import Known
 from servoid.pick import PickServer, Question
 from servoid.pick.server import _Handler
 from servoid.pose import Pose
-from servoid.segment import seek_object
+from servoid.segment import find_with_doubts
 from servoid.source.streams.mjpeg import MjpegVideo
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "fixtures"))
@@ -143,7 +143,7 @@ def _request(data: bytes, _: Path) -> None:
 def _page() -> PickServer:
     if not _PAGES:
         pixels = cv2.resize(_PIXELS, (96, 64), interpolation=cv2.INTER_NEAREST)
-        question = Question("eye/0000", pixels, lambda mark: seek_object(mark, pixels, None))
+        question = Question("eye/0000", pixels, lambda mark: find_with_doubts(mark, pixels, None))
         _PAGES.append(PickServer(question))
     server = _PAGES[0]
     server.end(None)

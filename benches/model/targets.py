@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from servoid.capture import CaptureView, open_capture
 from servoid.errors import TargetError
-from servoid.segment import BoxTarget, ClickTarget, Target, grow_mask, seek_object
+from servoid.segment import BoxTarget, ClickTarget, Target, find_with_doubts, grow_mask
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 CAPTURES = {"photos": ("skull", "temple", "blowtorch"), "stereo": ("mustard", "drill", "teabox")}
@@ -58,7 +58,7 @@ def clicks(mask: Mask) -> list[Target]:
 
 def score(target: Target, image: NDArray[np.uint8], mask: Mask) -> str:
     """Compare what a target finds with a mask; mark what is doubtful."""
-    found = seek_object(target, image)
+    found = find_with_doubts(target, image)
     return f"{overlap(found.mask, mask):.2f}{'' if found.doubt is None else '?'}"
 
 
@@ -77,7 +77,7 @@ def steadiness(view: CaptureView) -> list[tuple[int, list[float]]]:
 def segmented(target: Target, image: NDArray[np.uint8]) -> Mask | None:
     """Return what a target finds; None if it is refused."""
     try:
-        found = seek_object(target, image)
+        found = find_with_doubts(target, image)
     except TargetError:
         return None
     return found.mask if found.doubt is None else None

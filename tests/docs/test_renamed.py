@@ -26,6 +26,7 @@ from servoid.renamed import refuse_old_names
         ("servoid.exchange.bags.ToldCamera", "SuppliedCamera"),
         ("servoid.exchange.bags.why_untold", "why_uncalibrated"),
         ("servoid.exchange.export.check_wish", "check_options"),
+        ("servoid.segment.seek_object", "find_with_doubts"),
         ("servoid.track.place_body", "pose_from_masks"),
     ],
 )

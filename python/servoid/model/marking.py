@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from servoid.capture import Capture, CaptureView, shrunk
 from servoid.errors import TargetError
-from servoid.segment import Depth, HueTarget, Target, seek_object, undoubted
+from servoid.segment import Depth, HueTarget, Target, find_with_doubts, undoubted
 from servoid.words import counted
 
 
@@ -80,7 +80,7 @@ def _found(target: Target, view: CaptureView, notes: list[str], *, trusted: bool
     """Return a view with the mask that a target finds in its recorded image."""
     image, metres = view.recorded_image(), view.recorded_depth()
     depth = None if metres is None else Depth(metres, view.lens.focal_px[0])
-    found = seek_object(target, image, depth)
+    found = find_with_doubts(target, image, depth)
     if not trusted:
         undoubted(found, target, image)
     elif found.doubt is not None:

@@ -1,7 +1,10 @@
 """Segmentation: targets, and the masks of the objects that they mean."""
 
+from typing import TYPE_CHECKING
+
+from servoid.renamed import refuse_old_names
 from servoid.segment.doubts import Depth
-from servoid.segment.finding import Found, find_object, seek_object, undoubted
+from servoid.segment.finding import Found, find_object, find_with_doubts, undoubted
 from servoid.segment.segment import grow_mask
 from servoid.segment.target import (
     BackgroundTarget,
@@ -23,8 +26,11 @@ __all__ = [
     "MaskTarget",
     "Target",
     "find_object",
+    "find_with_doubts",
     "grow_mask",
     "parse_target",
-    "seek_object",
     "undoubted",
 ]
+
+if not TYPE_CHECKING:
+    __getattr__ = refuse_old_names(__name__, {"seek_object": "find_with_doubts"})

@@ -63,7 +63,7 @@ def find_object(
         ImageError: the same for the image of a background.
 
     """
-    found = seek_object(target, image, depth)
+    found = find_with_doubts(target, image, depth)
     return found.mask if trusted else undoubted(found, target, image)
 
 
@@ -76,14 +76,15 @@ def undoubted(found: Found, target: Target, image: Image) -> Mask:
     """
     if found.doubt is None:
         return found.mask
-    message = f"the target '{target}': {found.doubt}; {_CURES[type(target)]}"
+    message = f"the target '{target}': {found.doubt}; {_DOUBT_REMEDIES[type(target)]}"
     raise DoubtError(message, image, found.answers)
 
 
-def seek_object(target: Target, image: Image, depth: Depth | None = None) -> Found:
+def find_with_doubts(target: Target, image: Image, depth: Depth | None = None) -> Found:
     """Find the object that a target means in an image, and report any doubt about it.
 
-    Arguments and errors are those of `find_object`, except that a doubt raises no error.
+    Arguments and errors are those of `find_object`, except that a doubt raises no error: it is in
+    the result, for `undoubted` or the caller to judge.
     """
     check_image(image)
     with located(f"the target '{target}'"):
@@ -98,7 +99,7 @@ def seek_object(target: Target, image: Image, depth: Depth | None = None) -> Fou
         if found.mask.all():
             raise TargetError(
                 "the mask covers the whole image; some of the background must be visible, "
-                f"so {_REMEDIES[type(target)]}"
+                f"so {_NOT_FOUND_REMEDIES[type(target)]}"
             )
     parting = None if depth is None else parted_by_depth(found.mask, depth)
     if parting is None:
@@ -107,7 +108,7 @@ def seek_object(target: Target, image: Image, depth: Depth | None = None) -> Fou
     return replace(found, doubt=doubt, answers=(*found.answers, parting.near, parting.far))
 
 
-_REMEDIES: dict[type, str] = {
+_NOT_FOUND_REMEDIES: dict[type, str] = {
     MaskTarget: "draw a mask that is zero on the background",
     BoxTarget: "draw the box around the object, a little larger than it, or give a mask",
     ClickTarget: "click on the middle of the object, or draw a box around it",
@@ -115,7 +116,7 @@ _REMEDIES: dict[type, str] = {
     BackgroundTarget: "take the background image with the same camera, pose and exposure",
 }
 
-_CURES: dict[type, str] = {
+_DOUBT_REMEDIES: dict[type, str] = {
     MaskTarget: "draw a mask that covers the object and nothing else",
     BoxTarget: "draw a box that nearly touches the object on all four sides, or give a mask",
     ClickTarget: "draw a box around the object, or give a mask",
@@ -289,7 +290,7 @@ def largest_part(mask: Mask) -> Mask:
 
 
 def _nothing_found(target: Target, image: Image) -> str:
-    message = f"no object was found; {_REMEDIES[type(target)]}"
+    message = f"no object was found; {_NOT_FOUND_REMEDIES[type(target)]}"
     if not isinstance(target, HueTarget):
         return message
     height, width = image.shape[:2]

@@ -12,7 +12,7 @@ from servoid.camera import Lens, read_mask, undistortion
 from servoid.errors import CameraError, DoubtError, MaskError, MeshError
 from servoid.model import fit_mesh
 from servoid.model.misfit import misfit_notes, swapped_note, touches_all_borders
-from servoid.segment import BoxTarget, find_object, finding, seek_object
+from servoid.segment import BoxTarget, find_object, find_with_doubts, finding
 
 WIDTH, HEIGHT = SIZE_PX
 
@@ -115,7 +115,7 @@ def test_a_box_that_reaches_beyond_its_image_is_told(
     box: tuple[int, int, int, int], sides: str, drawing: Drawing
 ) -> None:
     image = drawing.picture(drawing.world_from_cameras()[0])
-    notes = seek_object(BoxTarget(*map(float, box)), image).notes
+    notes = find_with_doubts(BoxTarget(*map(float, box)), image).notes
     found = [note for note in notes if "extends beyond the image at its" in note]
     assert len(found) == bool(sides)
     if sides:

@@ -24,7 +24,7 @@ from servoid.pick import PickServer, Question
 from servoid.pick.asking import Mark, read_mark
 from servoid.pick.guard import LARGEST_BODY
 from servoid.pick.server import _MOST_CLIENTS
-from servoid.segment import Found, find_object, parse_target, seek_object
+from servoid.segment import Found, find_object, find_with_doubts, parse_target
 
 BOX = "box:45,35,115,85"
 
@@ -36,7 +36,7 @@ def picture() -> NDArray[np.uint8]:
 
 
 def seek(mark: Mark) -> Found:
-    return seek_object(mark, picture())
+    return find_with_doubts(mark, picture())
 
 
 class Client:
@@ -307,7 +307,7 @@ def test_the_words_of_a_choice_are_all_that_is_printed(
     assert (ran.code, ran.out) == (0, "--target click:80,60@eye/0003\n")
     assert hasty[0] in ran.err
     image = open_capture(drawn_capture).all_views()[3].recorded_image()
-    found = seek_object(parse_target("click:80,60"), image)
+    found = find_with_doubts(parse_target("click:80,60"), image)
     assert np.array_equal(cv2.imread(str(mask), cv2.IMREAD_GRAYSCALE), found.mask)
     assert f"--target mask:{mask}@eye/0003" in ran.err
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from servoid.pick import PickServer, Question
-from servoid.segment import BoxTarget, ClickTarget, seek_object
+from servoid.segment import BoxTarget, ClickTarget, find_with_doubts
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
@@ -32,7 +32,7 @@ def picture() -> NDArray[np.uint8]:
 @pytest.fixture
 def server() -> Iterator[PickServer]:
     with PickServer(
-        Question("eye/0003", picture(), lambda mark: seek_object(mark, picture()))
+        Question("eye/0003", picture(), lambda mark: find_with_doubts(mark, picture()))
     ) as one:
         yield one
 
@@ -153,7 +153,9 @@ def test_all_of_the_page_can_be_reached_on_a_phone(browser: Any, server: PickSer
 
 
 def test_a_page_that_stays_open_says_that_servoid_has_ended(browser: Any) -> None:
-    with PickServer(Question("eye/0", picture(), lambda mark: seek_object(mark, picture()))) as one:
+    with PickServer(
+        Question("eye/0", picture(), lambda mark: find_with_doubts(mark, picture()))
+    ) as one:
         page = Page(browser, one, DESK)
     page.click(160, 120)
     page.expect_message("servoid has ended")

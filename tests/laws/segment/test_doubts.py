@@ -28,8 +28,8 @@ from servoid.segment import (
     MaskTarget,
     Target,
     find_object,
+    find_with_doubts,
     finding,
-    seek_object,
 )
 
 Mask = NDArray[np.uint8]
@@ -186,8 +186,8 @@ def test_depth_of_another_size_is_refused() -> None:
 def test_an_object_that_stays_far_from_a_side_of_its_box_is_told() -> None:
     image, mask, _ = drawn()
     box = box_around(mask)
-    assert seek_object(box, image).notes == ()
-    wide = seek_object(BoxTarget(box.u0 - 60, box.v0, box.u1, box.v1 + 40), image)
+    assert find_with_doubts(box, image).notes == ()
+    wide = find_with_doubts(BoxTarget(box.u0 - 60, box.v0, box.u1, box.v1 + 40), image)
     assert wide.doubt is None
     assert "does not reach the left and bottom of its box" in wide.notes[0]
 
@@ -304,6 +304,6 @@ def test_boxes_around_a_real_cube_that_differ_by_three_pixels_agree_or_are_refus
     image = view.image()
     box = box_around(view.mask(), share)
     corners = np.array([box.u0, box.v0, box.u1, box.v1])
-    found = [seek_object(BoxTarget(*(corners + move)), image) for move in MOVES]
+    found = [find_with_doubts(BoxTarget(*(corners + move)), image) for move in MOVES]
     sure = [one.mask for one in found if one.doubt is None]
     assert min((iou(one, other) for one in sure for other in sure), default=1.0) >= 0.9

@@ -22,7 +22,7 @@ from servoid.opening import (
 )
 from servoid.output import check_file, write_whole
 from servoid.pick import Choice, PickServer, Question
-from servoid.segment import Depth, seek_object
+from servoid.segment import Depth, find_with_doubts
 from servoid.words import counted, digits
 
 
@@ -94,7 +94,7 @@ def _question(order: Order) -> Question:
     metres = view.recorded_depth()
     depth = None if metres is None else Depth(metres, view.lens.focal_px[0])
     image = view.recorded_image()
-    return Question(view.name, image, lambda mark: seek_object(mark, image, depth))
+    return Question(view.name, image, lambda mark: find_with_doubts(mark, image, depth))
 
 
 def _view(views: list[CaptureView], order: Order) -> CaptureView:

@@ -15,7 +15,7 @@ from servoid.opening import Known, count_uncalibrated_cameras, open_filmed, pars
 from servoid.opening.word import Kind
 from servoid.scan import CAMERA, Footage, is_footage
 from servoid.scan.footage import image_name
-from servoid.segment import HueTarget, Target, seek_object, undoubted
+from servoid.segment import HueTarget, Target, find_with_doubts, undoubted
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def find_first(footage: Footage, targets: Sequence[Target], *, trusted: bool) ->
     for target, name in zip(targets, _names(footage, targets), strict=True):
         if name is not None:
             ((_, image),) = footage.images([name])
-            found = seek_object(target, image)
+            found = find_with_doubts(target, image)
             if not trusted:
                 undoubted(found, target, image)
     return trusted

@@ -25,7 +25,7 @@ _AHEAD = 8  # messages to skip, beyond which seeking is faster
 _KEPT = 8  # messages of a topic: threads request neighbours, not quite in order
 _KEPT_BYTES = 1 << 26
 _DATABASE_HEADER, _LARGEST_PAGE = 100, 1 << 16  # bytes, of SQLite
-_CURES = {
+_REMEDIES = {
     ".bag": "copy it again, or mend it with `rosbag reindex`",
     ".mcap": "copy it again, or mend it with `mcap recover`",
     ".db3": "copy it again, or mend it with `ros2 bag reindex`",
@@ -167,9 +167,9 @@ class Bag:
         except Exception as reason:
             # The library checks little: a damaged file may raise any exception.
             words = str(reason).strip().rstrip(".") or type(reason).__name__
-            cure = _CURES.get(self.path.suffix.lower(), _CURES[""])
+            remedy = _REMEDIES.get(self.path.suffix.lower(), _REMEDIES[""])
             raise CaptureError(
-                f"{self.path} is cut short, damaged or not a bag ({words[:200]}); {cure}"
+                f"{self.path} is cut short, damaged or not a bag ({words[:200]}); {remedy}"
             ) from reason
 
 
@@ -270,7 +270,7 @@ def _check_database(path: Path) -> None:
     with path.open("rb") as file:
         start = file.read(_DATABASE_HEADER)
     if len(start) < _DATABASE_HEADER:
-        raise CaptureError(f"{path} is cut short: its end is missing; {_CURES['.db3']}")
+        raise CaptureError(f"{path} is cut short: its end is missing; {_REMEDIES['.db3']}")
     (page,) = struct.unpack_from(">H", start, 16)
     changes, count = struct.unpack_from(">II", start, 24)
     (changes_then,) = struct.unpack_from(">I", start, 92)
@@ -279,7 +279,7 @@ def _check_database(path: Path) -> None:
     if changes == changes_then and path.stat().st_size < promised:
         raise CaptureError(
             f"{path} is cut short: it has {path.stat().st_size} of {promised} bytes; "
-            f"{_CURES['.db3']}"
+            f"{_REMEDIES['.db3']}"
         )
 
 

@@ -10,7 +10,7 @@ from servoid.pose import exact
 from servoid.pose.exact import Floats
 
 
-class Way(Protocol):
+class MotionModel(Protocol):
     """A motion model, driven by white-noise jerk."""
 
     @property
@@ -24,7 +24,7 @@ class Way(Protocol):
 
 
 @dataclass(frozen=True)
-class Going:
+class Singer:
     """A motion model whose acceleration decays with time constant `lasting_s` (Singer model).
 
     White-noise jerk drives it, of density `jerk` per s² and root s.
@@ -39,7 +39,7 @@ class Going:
 
 
 @dataclass(frozen=True)
-class Swinging:
+class Oscillation:
     """A motion model of an oscillation about any position, with period `period_s`."""
 
     jerk: float
@@ -59,7 +59,7 @@ class Swinging:
 
 
 @dataclass(frozen=True)
-class Manner:
+class MotionPrior:
     """The expected kinds of motion, and the correlation time of estimation errors.
 
     At rest, the position is a random walk of `rest` per root s; in motion, it follows one of
@@ -68,7 +68,7 @@ class Manner:
     """
 
     rest: float
-    ways: tuple[Way, ...]
+    models: tuple[MotionModel, ...]
     change_s: float
     lasting_s: float
 
@@ -88,32 +88,32 @@ class Noise:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class Measurement:
     """A measurement of a motion: `matrix` (k, 4 n) times its state, with covariance (k, k)."""
 
     matrix: Floats
     spread: Floats
 
     @classmethod
-    def along(cls, axes: Floats, noise: Noise) -> "Seen":
+    def along(cls, axes: Floats, noise: Noise) -> "Measurement":
         """Return the measurement of an estimate along axes (k, n): position plus shared error."""
         still = np.zeros_like(axes)
         matrix = np.concatenate([axes, still, still, axes], axis=1)
         return cls(matrix, exact.product(axes, noise.fresh, axes.T))
 
     @classmethod
-    def of_place(cls, axes: Floats, spread: Floats) -> "Seen":
+    def of_place(cls, axes: Floats, spread: Floats) -> "Measurement":
         """Return a measurement of the position along axes (k, n), of covariance `spread` (n, n)."""
         still = np.zeros((len(axes), 3 * axes.shape[1]))
         return cls(np.concatenate([axes, still], axis=1), exact.product(axes, spread, axes.T))
 
-    def and_resting(self, axes: Floats, speed: float) -> "Seen":
+    def and_resting(self, axes: Floats, speed: float) -> "Measurement":
         """Add the pseudo-measurement of zero speed along axes (m, n), of deviation `speed`."""
         still = np.zeros_like(axes)
         rests = np.concatenate([still, axes, still, still], axis=1)
         count, whole = len(self.spread), np.eye(len(self.spread) + len(axes)) * speed * speed
         whole[:count, :count] = self.spread
-        return Seen(np.concatenate([self.matrix, rests]), whole)
+        return Measurement(np.concatenate([self.matrix, rests]), whole)
 
 
 class Motion:
@@ -124,13 +124,13 @@ class Motion:
     error of estimates), and offsets are relative to a reference that `settle` moves.
     """
 
-    def __init__(self, manner: Manner, noise: Noise, spread: tuple[float, float]) -> None:
+    def __init__(self, prior: MotionPrior, noise: Noise, spread: tuple[float, float]) -> None:
         """Initialise with an estimate at the reference.
 
         `spread` contains the initial standard deviations of speed and acceleration.
         """
-        self._manner, self._noise, self._n = manner, noise, len(noise.fresh)
-        n, modes = self._n, 1 + len(manner.ways)
+        self._prior, self._noise, self._n = prior, noise, len(noise.fresh)
+        n, modes = self._n, 1 + len(prior.models)
         covariances = np.zeros((modes, 4 * n, 4 * n))
         each = np.eye(n)
         lasting = noise.lasting * noise.lasting * each
@@ -149,8 +149,8 @@ class Motion:
     def ahead(self, span: float) -> tuple[Floats, Floats]:
         """Predict state (4 n,) and covariance (4 n, 4 n) at a time after the newest estimate."""
         states, covariances = np.empty_like(self._states), np.empty_like(self._covariances)
-        for mode, model in enumerate(self._models(span)):
-            step, drive = (self._each(part) for part in model)
+        for mode, matrices in enumerate(self._steps(span)):
+            step, drive = (self._each(part) for part in matrices)
             states[mode] = exact.product(step, self._states[mode])
             moved = exact.product(step, self._covariances[mode], step.T)
             covariances[mode] = moved + drive
@@ -160,19 +160,19 @@ class Motion:
         """Advance all filters to the time of an estimate with the given noise."""
         self._noise = noise
         self._mix(elapsed)
-        for mode, model in enumerate(self._models(elapsed)):
-            step, drive = (self._each(part) for part in model)
+        for mode, matrices in enumerate(self._steps(elapsed)):
+            step, drive = (self._each(part) for part in matrices)
             self._states[mode] = exact.product(step, self._states[mode])
             moved = exact.product(step, self._covariances[mode], step.T)
             self._covariances[mode] = moved + drive
 
-    def correct(self, seen: "Seen", innovation: Floats, nis_gate: float) -> float:
+    def correct(self, measurement: "Measurement", innovation: Floats, nis_gate: float) -> float:
         """Correct by a measurement, given as its offset (k,) from the value at the reference.
 
         Return the normalised innovation squared (NIS) of the filter that fits better; beyond
         `nis_gate` the measurement is down-weighted.
         """
-        look, spread = seen.matrix, seen.spread
+        look, spread = measurement.matrix, measurement.spread
         gaps = innovation - exact.product(self._states, look.T)
         shared = [exact.product(look, one) for one in self._covariances]
         known = [exact.product(one, look.T) for one in shared]
@@ -191,7 +191,7 @@ class Motion:
         self._weights = weights / weights.sum()
         return nis
 
-    def loosen(self, unknown: Floats) -> None:
+    def inflate(self, unknown: Floats) -> None:
         """Add a covariance (n, n) to that of the offset."""
         self._covariances[:, : self._n, : self._n] += unknown
 
@@ -204,7 +204,7 @@ class Motion:
     def _mix(self, elapsed: float) -> None:
         """Mix the filters' states by the transition probabilities."""
         others = len(self._weights) - 1
-        changed = -exact.expm1(-(1.0 + 1.0 / others) * elapsed / self._manner.change_s)
+        changed = -exact.expm1(-(1.0 + 1.0 / others) * elapsed / self._prior.change_s)
         changed /= 1.0 + others
         change = np.full((1 + others, 1 + others), changed)
         change[np.diag_indices(1 + others)] = 1.0 - others * changed
@@ -215,19 +215,19 @@ class Motion:
         self._states = np.array([state for state, _ in mixed])
         self._covariances = np.array([covariance for _, covariance in mixed])
 
-    def _models(self, span: float) -> list[tuple[Floats, Floats]]:
+    def _steps(self, span: float) -> list[tuple[Floats, Floats]]:
         """Return transition and process noise of one coordinate, (4, 4), for each filter."""
-        manner, noise = self._manner, self._noise
+        prior, noise = self._prior, self._noise
         fades = exact.exp(-span / noise.fading_s)
-        comes = -exact.expm1(-2.0 * span / manner.lasting_s) * noise.lasting * noise.lasting
+        comes = -exact.expm1(-2.0 * span / prior.lasting_s) * noise.lasting * noise.lasting
         rests = np.diag([1.0, 0.0, 0.0, fades])
-        models = [(rests, np.diag([manner.rest * manner.rest * span, 0.0, 0.0, comes]))]
-        for way in manner.ways:
+        steps = [(rests, np.diag([prior.rest * prior.rest * span, 0.0, 0.0, comes]))]
+        for model in prior.models:
             goes, driven = np.diag([0.0, 0.0, 0.0, fades]), np.diag([0.0, 0.0, 0.0, comes])
-            goes[:3, :3] = way.moved(span)
-            driven[:3, :3] = way.jerk * way.jerk * white_jerk(span)
-            models.append((goes, driven))
-        return models
+            goes[:3, :3] = model.moved(span)
+            driven[:3, :3] = model.jerk * model.jerk * white_jerk(span)
+            steps.append((goes, driven))
+        return steps
 
     def _each(self, model: Floats) -> Floats:
         """Expand the matrix of one coordinate (4, 4) to all coordinates, (4 n, 4 n)."""

@@ -9,7 +9,7 @@ from servoid.errors import ServoError
 from servoid.pose import Pose, exact
 from servoid.pose.exact import Floats
 from servoid.servo.belief.jumps import GateResult, Jumps
-from servoid.servo.belief.motion import Going, Manner, Motion, Noise, Seen, Swinging
+from servoid.servo.belief.motion import Measurement, Motion, MotionPrior, Noise, Oscillation, Singer
 from servoid.servo.belief.unobservable_turns import UnobservableTurns, UnsureEstimate
 from servoid.servo.law.moving import change_between, cross_matrix, shifted_and_turned
 from servoid.servo.settings import TargetSettings
@@ -100,7 +100,7 @@ class TargetFilter:
 
     def __init__(self, settings: TargetSettings) -> None:
         self._settings = settings
-        self._manners = _manners(settings)
+        self._priors = _priors(settings)
         self._jumps = Jumps(settings)
         self._time_s: float | None = None
         self._pose = Pose.identity()
@@ -204,7 +204,7 @@ class TargetFilter:
         self._turn_off = None
         noises, hidden = self._noise(estimate)
         shift, turn = (
-            Motion(*begin) for begin in zip(self._manners, noises, _START_SPREAD, strict=True)
+            Motion(*begin) for begin in zip(self._priors, noises, _START_SPREAD, strict=True)
         )
         self._known = _Known(shift, turn, turns, hidden)
         if begun is not None:
@@ -222,7 +222,7 @@ class TargetFilter:
         turns = UnobservableTurns.of(estimate)
         change = change_between(self._pose, turns.left_out(self._pose, estimate.world_from_object))
         odd = known.correct(change, noises, turns, self._settings.nis_gate)
-        known.turn.loosen(_OPEN_WANDER * _OPEN_WANDER * elapsed * turns.spread)
+        known.turn.inflate(_OPEN_WANDER * _OPEN_WANDER * elapsed * turns.spread)
         self._settle(known)
         self._known = replace(known, turns=turns, hidden=hidden)
         self._time_s, self._odd, self._turn_off = estimate.time_s, odd, change[3:]
@@ -307,19 +307,19 @@ class _Known:
             return
         unseen = _TURNED * _TURNED / begun.doubt * np.eye(3)
         spread = begun.before.turn.ahead(0.0)[1][:3, :3] + unseen
-        supposed = Seen.of_place(across, spread)
+        supposed = Measurement.of_place(across, spread)
         self.turn.correct(supposed, exact.product(across, turn), nis_gate)
 
     def correct(
         self, change: Floats, noises: tuple[Noise, Noise], turns: UnobservableTurns, nis_gate: float
     ) -> bool:
         """Correct by a measured translation and rotation (6,); return whether it is an outlier."""
-        place = Seen.along(np.eye(3), noises[0])
+        place = Measurement.along(np.eye(3), noises[0])
         nis = self.shift.correct(place, change[:3], nis_gate)
         # About unobservable axes the object is assumed to be at rest: otherwise their uncertainty
         # would grow without bound, and the first observed rotation would cause a large correction.
         seen, axes = turns.observable.T, turns.axes.T
-        turned = Seen.along(seen, noises[1]).and_resting(axes, _OPEN_SPEED)
+        turned = Measurement.along(seen, noises[1]).and_resting(axes, _OPEN_SPEED)
         innovation = np.concatenate([exact.product(seen, change[3:]), np.zeros(len(axes))])
         return max(nis, self.turn.correct(turned, innovation, nis_gate)) > nis_gate
 
@@ -329,20 +329,20 @@ def _doubt(estimate: TargetEstimate) -> float:
     return 1.0 - min(max(estimate.confidence, 0.0), 1.0)
 
 
-def _manners(settings: TargetSettings) -> tuple[Manner, Manner]:
+def _priors(settings: TargetSettings) -> tuple[MotionPrior, MotionPrior]:
     """Return the expected translation and rotation of an object."""
     lasting = settings.change_s, settings.fading_s
-    swings = (Swinging(settings.swinging_jerk, settings.period_s),) if settings.period_s else ()
+    swings = (Oscillation(settings.swinging_jerk, settings.period_s),) if settings.period_s else ()
     shifts = (
-        Going(settings.linear_jerk, settings.going_s),
-        Going(settings.gliding_jerk, settings.gliding_s),
+        Singer(settings.linear_jerk, settings.going_s),
+        Singer(settings.gliding_jerk, settings.gliding_s),
         *swings,
     )
     turns = (
-        Going(settings.angular_jerk, settings.turning_s),
-        Going(settings.rolling_jerk, settings.gliding_s),
+        Singer(settings.angular_jerk, settings.turning_s),
+        Singer(settings.rolling_jerk, settings.gliding_s),
     )
     return (
-        Manner(settings.linear_rest, shifts, *lasting),
-        Manner(settings.angular_rest, turns, *lasting),
+        MotionPrior(settings.linear_rest, shifts, *lasting),
+        MotionPrior(settings.angular_rest, turns, *lasting),
     )

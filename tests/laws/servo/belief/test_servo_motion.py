@@ -7,7 +7,7 @@ import pytest
 from tiers import tiered
 
 from servoid.pose.exact import Floats
-from servoid.servo.belief.motion import Going, Manner, Motion, Noise, Seen, Swinging
+from servoid.servo.belief.motion import Measurement, Motion, MotionPrior, Noise, Oscillation, Singer
 from servoid.servo.settings import HandSettings, TargetSettings
 
 PERIOD_S, RATE_HZ, DELAY_S = 0.008, 30.0, 0.04
@@ -19,18 +19,18 @@ def lasting() -> tuple[float, float]:
     return TargetSettings().change_s, TargetSettings().fading_s
 
 
-def manner(unit: float = 1.0, tick: float = 1.0, *swings: Swinging) -> Manner:
+def prior(unit: float = 1.0, tick: float = 1.0, *swings: Oscillation) -> MotionPrior:
     """Return how an object shifts, in other units of space and time if asked for."""
     target_settings = TargetSettings()
     jerk = unit / tick**2.5
-    ways = (
-        Going(target_settings.linear_jerk * jerk, target_settings.going_s * tick),
-        Going(target_settings.gliding_jerk * jerk, target_settings.gliding_s * tick),
+    models = (
+        Singer(target_settings.linear_jerk * jerk, target_settings.going_s * tick),
+        Singer(target_settings.gliding_jerk * jerk, target_settings.gliding_s * tick),
         *swings,
     )
     change_s, lasting_s = lasting()
-    return Manner(
-        target_settings.linear_rest * unit / tick**0.5, ways, change_s * tick, lasting_s * tick
+    return MotionPrior(
+        target_settings.linear_rest * unit / tick**0.5, models, change_s * tick, lasting_s * tick
     )
 
 
@@ -38,16 +38,16 @@ def noise(sigma: float, lasting: float = 0.0) -> Noise:
     return Noise(np.array([[sigma**2]]), lasting, 10.0)
 
 
-def seen(sigma: float, lasting: float = 0.0) -> Seen:
-    return Seen.along(np.eye(1), noise(sigma, lasting))
+def seen(sigma: float, lasting: float = 0.0) -> Measurement:
+    return Measurement.along(np.eye(1), noise(sigma, lasting))
 
 
 def hand_behind(
-    path: Callable[[float], float], seconds: float, seed: int, shifts: Manner | None = None
+    path: Callable[[float], float], seconds: float, seed: int, shifts: MotionPrior | None = None
 ) -> tuple[Floats, Floats]:
     """Return times (T,) and where a hand is that follows a path by late and noisy estimates."""
     random, target_settings, law = np.random.default_rng(seed), TargetSettings(), HandSettings()
-    shifts = shifts or manner()
+    shifts = shifts or prior()
     motion, reference, last_s = (
         Motion(shifts, noise(target_settings.linear_noise), (0.3, 0.2)),
         0.0,
@@ -116,7 +116,7 @@ def corrected_by(motion: Motion, places: Floats, unit: float = 1.0, tick: float 
 def test_what_goes_is_known_from_what_rests() -> None:
     random = np.random.default_rng(0)
     jitter = NOISE * random.normal(size=60)
-    begin = manner(), noise(NOISE), (0.3, 0.2)
+    begin = prior(), noise(NOISE), (0.3, 0.2)
     rests, goes = Motion(*begin), Motion(*begin)
     corrected_by(rests, jitter)
     corrected_by(goes, jitter + 0.1 * np.arange(60) / RATE_HZ)
@@ -128,7 +128,7 @@ def test_what_goes_is_known_from_what_rests() -> None:
 
 def test_units_of_space_and_time_change_nothing() -> None:
     unit, tick = 3.28, 1 / 60
-    one, other = manner(), manner(unit, tick)
+    one, other = prior(), prior(unit, tick)
     places = 0.1 * np.sin(0.2 * np.arange(30))
     metric = corrected_by(Motion(one, noise(NOISE), (0.3, 0.2)), places)
     spread = 0.3 * unit / tick, 0.2 * unit / tick**2
@@ -140,11 +140,11 @@ def test_units_of_space_and_time_change_nothing() -> None:
 
 def test_an_error_that_lasts_is_not_taken_for_motion_at_once_but_in_the_end() -> None:
     target_settings = TargetSettings()
-    ways = (
-        Going(target_settings.angular_jerk, target_settings.turning_s),
-        Going(target_settings.rolling_jerk, target_settings.gliding_s),
+    models = (
+        Singer(target_settings.angular_jerk, target_settings.turning_s),
+        Singer(target_settings.rolling_jerk, target_settings.gliding_s),
     )
-    turning = Manner(target_settings.angular_rest, ways, *lasting())
+    turning = MotionPrior(target_settings.angular_rest, models, *lasting())
     motion = Motion(turning, noise(0.001, 0.4), (1.0, 1.0))
     found = []
     for index in range(1000):
@@ -160,7 +160,7 @@ def test_an_error_that_lasts_is_not_taken_for_motion_at_once_but_in_the_end() ->
 
 def test_covariances_stay_symmetric_and_positive() -> None:
     random = np.random.default_rng(1)
-    motion = Motion(manner(), noise(NOISE, 0.01), (0.3, 0.2))
+    motion = Motion(prior(), noise(NOISE, 0.01), (0.3, 0.2))
     for _ in range(300):
         motion.advance(random.uniform(0.001, 0.3), noise(NOISE, 0.01))
         motion.correct(seen(NOISE, 0.01), random.normal(size=1), 16.0)
@@ -172,12 +172,12 @@ def test_covariances_stay_symmetric_and_positive() -> None:
 
 def error_behind(period_s: float, known_s: float, amplitude: float, seed: int) -> float:
     """Return the RMS error in m of a hand behind a swing whose period is said to be known."""
-    swings = (Swinging(TargetSettings().swinging_jerk, known_s),) if known_s else ()
+    swings = (Oscillation(TargetSettings().swinging_jerk, known_s),) if known_s else ()
 
     def path(time_s: float) -> float:
         return amplitude * (1.0 - float(np.cos(2.0 * np.pi * time_s / period_s)))
 
-    times, places = hand_behind(path, 4.0 * period_s, seed, manner(1.0, 1.0, *swings))
+    times, places = hand_behind(path, 4.0 * period_s, seed, prior(1.0, 1.0, *swings))
     late = times > 2.0 * period_s
     wanted = np.array([path(time_s) for time_s in times[late]])
     return float(np.sqrt(np.mean(np.square(places[late] - wanted))))
@@ -197,7 +197,7 @@ def test_a_period_that_is_wrong_costs_half_of_the_error_at_most(share: float) ->
 
 
 def test_swings_go_on_as_harmonic_oscillators_do_about_any_middle() -> None:
-    swing = Swinging(1.0, 3.0)
+    swing = Oscillation(1.0, 3.0)
     np.testing.assert_allclose(swing.moved(0.7), swing.moved(0.4) @ swing.moved(0.3), atol=1e-12)
     np.testing.assert_allclose(swing.moved(3.0), np.eye(3), atol=1e-12)
     rate = 2.0 * np.pi / 3.0

@@ -17,7 +17,7 @@ from fuzz.target import Target, corpus, from_file
 from servoid.errors import ServoidError
 from servoid.exchange import open_any
 from servoid.exchange.captures.colmap_binary import read_cameras_binary, read_images_binary
-from servoid.opening import Known
+from servoid.opening import GivenCalibration
 from servoid.pick import PickServer, Question
 from servoid.pick.server import _Handler
 from servoid.pose import Pose
@@ -84,7 +84,7 @@ def _images_bin() -> bytes:
 
 
 def _calibrated(path: Path) -> object:
-    return Known(calibration=path).rig("a bag", ["left"], [(640, 480)])
+    return GivenCalibration(calibration=path).rig("a bag", ["left"], [(640, 480)])
 
 
 def _stream(data: bytes, _: Path) -> None:

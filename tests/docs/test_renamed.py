@@ -21,6 +21,7 @@ from servoid.renamed import refuse_old_names
         ("servoid.servo.meet", "explore"),
         ("servoid.servo.Meeting", "Exploration"),
         ("servoid.servo.Wish", "TrueGoal"),
+        ("servoid.opening.Known", "GivenCalibration"),
         ("servoid.opening.count_untold", "count_uncalibrated_cameras"),
         ("servoid.exchange.bags.Told", "BagCalibrationSupplier"),
         ("servoid.exchange.bags.ToldCamera", "SuppliedCamera"),

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from servoid.opening.calibration_doubt import doubt_calibration
 from servoid.opening.filmed import Filmed, open_filmed
-from servoid.opening.known import Known, Rig, any_cameras
+from servoid.opening.given_calibration import GivenCalibration, Rig, any_cameras
 from servoid.opening.live import OpenedLive, open_live
 from servoid.opening.recorded import Opened, count_uncalibrated_cameras, open_recorded
 from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
@@ -13,8 +13,8 @@ from servoid.renamed import refuse_old_names
 __all__ = [
     "FORMS",
     "Filmed",
+    "GivenCalibration",
     "Kind",
-    "Known",
     "Opened",
     "OpenedLive",
     "Rig",
@@ -29,4 +29,6 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    __getattr__ = refuse_old_names(__name__, {"count_untold": "count_uncalibrated_cameras"})
+    __getattr__ = refuse_old_names(
+        __name__, {"Known": "GivenCalibration", "count_untold": "count_uncalibrated_cameras"}
+    )

@@ -9,7 +9,7 @@ from servoid._native import Lens
 from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
 from servoid.exchange.opening import is_capture
-from servoid.opening.known import Known, any_cameras
+from servoid.opening.given_calibration import GivenCalibration, any_cameras
 from servoid.opening.recorded import count_uncalibrated_cameras, open_recorded
 from servoid.opening.word import Kind, SourceWord
 from servoid.scan import Footage, Partner, Recorded, holds_photographs, open_footage
@@ -32,7 +32,7 @@ class Filmed:
 
 
 def open_filmed(
-    word: SourceWord, known: Known | None = None, *, topics: Sequence[str] = ()
+    word: SourceWord, known: GivenCalibration | None = None, *, topics: Sequence[str] = ()
 ) -> Filmed:
     """Open a recorded source for a scan: the images of its first camera, in their order.
 
@@ -45,7 +45,7 @@ def open_filmed(
         CameraError, ImageError, PoseError: as for the reader that opens it.
 
     """
-    known = known or Known()
+    known = known or GivenCalibration()
     if word.kind in (Kind.VIDEO, Kind.IMAGES) and not word.halves:
         lens = open_recorded(word, known).capture.cameras[0].lens if known.supplies_lens else None
         return Filmed(open_footage(word.place if word.kind is Kind.VIDEO else word.text), lens=lens)
@@ -58,7 +58,7 @@ def open_filmed(
     return _of_rig(word, opened.capture)
 
 
-def _of_uncalibrated(word: SourceWord, known: Known, topics: Sequence[str]) -> Filmed:
+def _of_uncalibrated(word: SourceWord, known: GivenCalibration, topics: Sequence[str]) -> Filmed:
     """Open cameras without a calibration of their own; the user may have given one."""
     if known.calibration is not None:
         return _of_rig(word, open_recorded(word, known, topics=topics, rests=True).capture)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servoid.errors import CaptureError
-from servoid.opening.known import Known
+from servoid.opening.given_calibration import GivenCalibration
 from servoid.opening.word import Kind, SourceWord
 from servoid.source import (
     Delivery,
@@ -36,7 +36,7 @@ class OpenedLive:
 
 def open_live(
     word: SourceWord,
-    known: Known | None = None,
+    known: GivenCalibration | None = None,
     *,
     clock: Callable[[], float] = time.monotonic,
     settings: LiveSettings | None = None,
@@ -50,7 +50,7 @@ def open_live(
         MissingExtraError: a driver's library is not installed.
 
     """
-    known = known or Known()
+    known = known or GivenCalibration()
     if not word.is_live:
         raise CaptureError(f"{word} is recorded, and not a live source")
     if known.rate_hz is not None:
@@ -59,7 +59,9 @@ def open_live(
     return OpenedLive(Live(cameras, clock=clock, settings=settings), notes)
 
 
-def _cameras(word: SourceWord, known: Known) -> tuple[tuple[LiveCamera, ...], tuple[str, ...]]:
+def _cameras(
+    word: SourceWord, known: GivenCalibration
+) -> tuple[tuple[LiveCamera, ...], tuple[str, ...]]:
     if word.kind in (Kind.SIM, Kind.RIG, Kind.REALSENSE):
         known.refuse(word.text)
         if word.kind is Kind.SIM:
@@ -86,7 +88,7 @@ def _cameras(word: SourceWord, known: Known) -> tuple[tuple[LiveCamera, ...], tu
 
 
 def _seen(
-    word: SourceWord, known: Known, device: Device, size_px: tuple[int, int] | None
+    word: SourceWord, known: GivenCalibration, device: Device, size_px: tuple[int, int] | None
 ) -> tuple[tuple[LiveCamera, ...], tuple[str, ...]]:
     """Return the camera, or the two side by side in one device, with what is known of them."""
     names = _PAIR if word.halves else _LONE

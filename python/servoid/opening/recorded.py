@@ -22,7 +22,7 @@ from servoid.config.reading import read_bytes
 from servoid.errors import CaptureError, ImageError
 from servoid.exchange.bags import SuppliedCamera, open_bag, why_uncalibrated
 from servoid.exchange.opening import holds_capture_file, open_any
-from servoid.opening.known import Known, Rig, remedies
+from servoid.opening.given_calibration import GivenCalibration, Rig, remedies
 from servoid.opening.word import Kind, SourceWord
 from servoid.source import ASSUMED_HZ, MountedCamera
 from servoid.words import counted, digits
@@ -60,7 +60,7 @@ class HalfPicture(Picture):
 
 def open_recorded(
     word: SourceWord,
-    known: Known | None = None,
+    known: GivenCalibration | None = None,
     *,
     bop_object: int | None = None,
     images: str | Path | None = None,
@@ -79,7 +79,7 @@ def open_recorded(
         CameraError, ImageError, PoseError: as for the reader that opens it.
 
     """
-    known = known or Known()
+    known = known or GivenCalibration()
     if word.is_live:
         raise CaptureError(
             f"{word} is live, but a recorded source is needed; record one with "
@@ -138,7 +138,12 @@ def count_uncalibrated_cameras(word: SourceWord, topics: Sequence[str] = ()) -> 
 
 
 def _open_bag(
-    word: SourceWord, known: Known, topics: Sequence[str], *, world: str | None, rests: bool
+    word: SourceWord,
+    known: GivenCalibration,
+    topics: Sequence[str],
+    *,
+    world: str | None,
+    rests: bool,
 ) -> Opened:
     why = why_uncalibrated(word.place, topics)
     if not why:
@@ -156,7 +161,7 @@ def _open_bag(
 class _UserCalibration:
     """Supplies the calibration of a source's cameras, and keeps the assumptions that it made."""
 
-    def __init__(self, word: SourceWord, known: Known) -> None:
+    def __init__(self, word: SourceWord, known: GivenCalibration) -> None:
         self._word, self._known = word, known
         self._rig = Rig(())
 
@@ -192,7 +197,7 @@ class _UserCalibration:
         return Opened(capture, self._rig.notes, self._rig.is_made_up)
 
 
-def _open_videos(word: SourceWord, known: Known) -> Opened:
+def _open_videos(word: SourceWord, known: GivenCalibration) -> Opened:
     facts = [describe_video(path) for path in word.places]
     count = min(one.count for one in facts)
     notes = []
@@ -224,7 +229,9 @@ def _open_videos(word: SourceWord, known: Known) -> Opened:
     return _capture(word, known, pictures, sizes_px, times_s, tuple(notes))
 
 
-def _shown(stored_px: tuple[int, int], is_on_side: bool, known: Known) -> tuple[int, int]:
+def _shown(
+    stored_px: tuple[int, int], is_on_side: bool, known: GivenCalibration
+) -> tuple[int, int]:
     """Return the size of upright images; a calibration has a size of its own."""
     width, height = stored_px
     return (height, width) if is_on_side and known.calibration is None else stored_px
@@ -238,7 +245,7 @@ def _times_s(facts: VideoFacts, count: int) -> tuple[float, ...] | None:
     return None
 
 
-def _open_images(word: SourceWord, known: Known) -> Opened:
+def _open_images(word: SourceWord, known: GivenCalibration) -> Opened:
     pictures = [Picture(path, upright=known.calibration is None) for path in word.places]
     exif = read_exif(read_bytes(word.place, ImageError, IMAGE_FILE))
     size_px = _shown(read_image_size(word.place), exif.is_on_side, known)
@@ -247,7 +254,7 @@ def _open_images(word: SourceWord, known: Known) -> Opened:
 
 def _capture(
     word: SourceWord,
-    known: Known,
+    known: GivenCalibration,
     pictures: list[list[Picture]],
     sizes_px: list[tuple[int, int]],
     times_s: tuple[float, ...] | None,

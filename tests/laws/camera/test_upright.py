@@ -14,7 +14,7 @@ from servoid.camera.images import read_upright
 from servoid.camera.video import read_video_image, upright_images
 from servoid.errors import ImageError
 from servoid.exchange.bags.mcap.raw_images import raw_image
-from servoid.opening import Known, open_recorded, parse_source
+from servoid.opening import GivenCalibration, open_recorded, parse_source
 
 STORED = (48, 32)  # width and height of what the sensor recorded
 UPRIGHT = (32, 48)
@@ -118,7 +118,7 @@ def test_a_video_is_turned_where_only_so_it_has_the_cameras_size(tmp_path: Path)
     assert_like(read_video_image(film, 1, STORED), scene())
 
 
-def first_image(source: Path, known: Known) -> NDArray[np.uint8]:
+def first_image(source: Path, known: GivenCalibration) -> NDArray[np.uint8]:
     """Return the first image of a source as `track`, `model` and `pick` see it."""
     (camera,) = open_recorded(parse_source(str(source)), known).capture.cameras
     picture = camera.pictures[0]
@@ -131,13 +131,13 @@ def test_a_source_of_photographs_shows_them_as_a_scan_does(
     tmp_path: Path, orientation: int
 ) -> None:
     photo = write_photo(tmp_path / "a.jpg", orientation)
-    assert_like(first_image(tmp_path, Known(fov_deg=60.0)), read_upright(photo))
+    assert_like(first_image(tmp_path, GivenCalibration(fov_deg=60.0)), read_upright(photo))
 
 
 @pytest.mark.parametrize("upside_down", [False, True])
 def test_a_source_of_a_video_shows_it_as_a_scan_does(tmp_path: Path, upside_down: bool) -> None:
     film = write_turned_film(tmp_path / "film.mp4", upside_down=upside_down)
-    assert_like(first_image(film, Known(fov_deg=60.0)), next(upright_images(film)))
+    assert_like(first_image(film, GivenCalibration(fov_deg=60.0)), next(upright_images(film)))
     assert_like(next(upright_images(film)), np.rot90(scene(), 2 if upside_down else -1))
 
 
@@ -147,7 +147,7 @@ def test_a_calibration_is_of_images_as_they_are_stored(tmp_path: Path) -> None:
     calibration.write_text(
         f'version = 1\n[[camera]]\nname = "eye"\nsize_px = {list(STORED)}\nfov_deg = 60.0\n'
     )
-    known = Known(calibration=calibration)
+    known = GivenCalibration(calibration=calibration)
     assert_like(first_image(film, known), scene())
     (note,) = open_recorded(parse_source(str(film)), known).notes
     assert "requests a rotation by 180 degrees for display, which is not applied" in note
@@ -155,7 +155,9 @@ def test_a_calibration_is_of_images_as_they_are_stored(tmp_path: Path) -> None:
 
 def test_a_recording_of_upside_down_photographs_is_upright(tmp_path: Path) -> None:
     photo = write_photo(tmp_path / "a.jpg", UPSIDE_DOWN)
-    (camera,) = open_recorded(parse_source(str(tmp_path)), Known(fov_deg=60.0)).capture.cameras
+    (camera,) = open_recorded(
+        parse_source(str(tmp_path)), GivenCalibration(fov_deg=60.0)
+    ).capture.cameras
     upright = raw_image(camera, camera.pictures[0])
     stored = raw_image(camera, Picture(photo))
     assert upright is not None and stored is not None

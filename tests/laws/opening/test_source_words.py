@@ -8,7 +8,7 @@ import pytest
 
 from servoid.camera import Lens
 from servoid.errors import CaptureError
-from servoid.opening import Kind, Known, open_filmed, open_recorded, parse_source
+from servoid.opening import GivenCalibration, Kind, open_filmed, open_recorded, parse_source
 from servoid.pose import Pose
 from servoid.record import FolderRecorder
 from servoid.source import MountedCamera, RawImage, RawInstant
@@ -106,7 +106,7 @@ def test_a_word_that_names_nothing_is_refused(text: str, message: str) -> None:
 
 def test_a_bare_video_is_a_recording_of_one_camera_at_rest(tmp_path: Path) -> None:
     word = parse_source(str(write_video(tmp_path / "film.mp4")))
-    opened = open_recorded(word, Known(fov_deg=90.0))
+    opened = open_recorded(word, GivenCalibration(fov_deg=90.0))
     (camera,) = opened.capture.cameras
     assert camera.lens.size_px == SIZE_PX
     assert camera.lens.focal_px == pytest.approx((32.0, 32.0))
@@ -129,12 +129,12 @@ def test_a_video_without_any_calibration_is_refused_by_naming_what_would_do(tmp_
     with pytest.raises(
         CaptureError, match=r"the poses of its 2 cameras are unknown; .* or --baseline"
     ):
-        open_recorded(parse_source(f"{left}+{right}"), Known(fov_deg=60.0))
+        open_recorded(parse_source(f"{left}+{right}"), GivenCalibration(fov_deg=60.0))
 
 
 def test_two_videos_are_two_parallel_cameras_by_a_baseline(tmp_path: Path) -> None:
     left, right = write_video(tmp_path / "l.avi", 9), write_video(tmp_path / "r.avi", 8)
-    known = Known(fov_deg=60.0, baseline_m=0.06)
+    known = GivenCalibration(fov_deg=60.0, baseline_m=0.06)
     opened = open_recorded(parse_source(f"{left}+{right}"), known)
     one, other = opened.capture.cameras
     assert (one.name, other.name) == ("left", "right")
@@ -148,7 +148,7 @@ def test_two_videos_are_two_parallel_cameras_by_a_baseline(tmp_path: Path) -> No
 
 def test_the_halves_of_an_image_are_two_cameras(tmp_path: Path) -> None:
     folder = write_images(tmp_path / "images")
-    known = Known(fov_deg=60.0, baseline_m=0.06, rate_hz=10.0)
+    known = GivenCalibration(fov_deg=60.0, baseline_m=0.06, rate_hz=10.0)
     opened = open_recorded(parse_source(f"side-by-side:{folder}"), known)
     assert [camera.lens.size_px for camera in opened.capture.cameras] == [(32, 48)] * 2
     left, right = (camera.pictures[3] for camera in opened.capture.cameras)
@@ -160,7 +160,9 @@ def test_the_halves_of_an_image_are_two_cameras(tmp_path: Path) -> None:
 
 
 def test_images_without_times_are_said_to_be_taken_thirty_a_second(tmp_path: Path) -> None:
-    opened = open_recorded(parse_source(str(write_images(tmp_path / "i"))), Known(fov_deg=60.0))
+    opened = open_recorded(
+        parse_source(str(write_images(tmp_path / "i"))), GivenCalibration(fov_deg=60.0)
+    )
     assert opened.capture.rate_hz == 30.0
     assert opened.notes[1].startswith("30 images per second are assumed")
 
@@ -181,15 +183,15 @@ def test_a_calibration_says_how_a_bare_video_was_seen(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
     path.write_text(CALIBRATION)
     word = parse_source(str(write_video(tmp_path / "film.mp4")))
-    opened = open_recorded(word, Known(calibration=path))
+    opened = open_recorded(word, GivenCalibration(calibration=path))
     (camera,) = opened.capture.cameras
     assert (camera.name, camera.lens.focal_px) == ("eye", (60.5, 60.25))
     assert opened.notes == ()
     path.write_text(CALIBRATION.replace("[64, 48]", "[640, 480]"))
     with pytest.raises(CaptureError, match=r"have 64x48 pixels; give the calibration that was"):
-        open_recorded(word, Known(calibration=path))
+        open_recorded(word, GivenCalibration(calibration=path))
     with pytest.raises(CaptureError, match=r"is of 1 camera, but .* has 2"):
-        open_recorded(parse_source(f"side-by-side:{word}"), Known(calibration=path))
+        open_recorded(parse_source(f"side-by-side:{word}"), GivenCalibration(calibration=path))
 
 
 @pytest.mark.parametrize(
@@ -204,7 +206,7 @@ def test_a_calibration_says_how_a_bare_video_was_seen(tmp_path: Path) -> None:
 )
 def test_what_is_told_of_cameras_is_checked(given: dict[str, float], message: str) -> None:
     with pytest.raises(CaptureError, match=message):
-        Known(**given)  # type: ignore
+        GivenCalibration(**given)  # type: ignore
 
 
 def test_what_a_capture_says_of_its_cameras_is_not_told_twice(tmp_path: Path) -> None:
@@ -214,7 +216,7 @@ def test_what_a_capture_says_of_its_cameras_is_not_told_twice(tmp_path: Path) ->
         "fov_deg = 50\n"
     )
     with pytest.raises(CaptureError, match="has its own calibration; leave --fov out"):
-        open_recorded(parse_source(str(tmp_path)), Known(fov_deg=60.0))
+        open_recorded(parse_source(str(tmp_path)), GivenCalibration(fov_deg=60.0))
 
 
 def test_a_recording_that_is_not_calibrated_takes_what_is_told(tmp_path: Path) -> None:
@@ -228,12 +230,12 @@ def test_a_recording_that_is_not_calibrated_takes_what_is_told(tmp_path: Path) -
     word = parse_source(str(recorder.close()))
     with pytest.raises(CaptureError, match=r"give focal_px, .* take --fov or --calibration"):
         open_recorded(word)
-    capture = open_recorded(word, Known(fov_deg=90.0)).capture
+    capture = open_recorded(word, GivenCalibration(fov_deg=90.0)).capture
     assert capture.cameras[0].lens.focal_px == pytest.approx((32.0, 32.0))
     assert capture.times_s == (0.0, 0.1)
     calibration = tmp_path / "rig.toml"
     calibration.write_text(CALIBRATION)
-    capture = open_recorded(word, Known(calibration=calibration)).capture
+    capture = open_recorded(word, GivenCalibration(calibration=calibration)).capture
     assert capture.cameras[0].lens.focal_px == (60.5, 60.25)
     assert [len(open_filmed(word).footage.names), open_filmed(word).lens] == [2, None]
 

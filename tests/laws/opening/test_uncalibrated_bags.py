@@ -20,7 +20,7 @@ from scenes_bags import (
 from servoid.errors import CaptureError
 from servoid.exchange import open_bag
 from servoid.opening import (
-    Known,
+    GivenCalibration,
     count_uncalibrated_cameras,
     open_filmed,
     open_recorded,
@@ -61,7 +61,7 @@ def at_rest(count: int = 4) -> list[Entry]:
 @pytest.mark.parametrize("name", NAMES)
 def test_an_angle_of_view_opens_a_bag_as_it_opens_a_video(tmp_path: Path, name: str) -> None:
     word = parse_source(str(write_bag(tmp_path / name, at_rest())))
-    opened = open_recorded(word, Known(fov_deg=90.0))
+    opened = open_recorded(word, GivenCalibration(fov_deg=90.0))
     (camera,) = opened.capture.cameras
     assert count_uncalibrated_cameras(word) == 1
     assert camera.lens.focal_px == pytest.approx((20.0, 20.0))
@@ -75,7 +75,7 @@ def test_an_angle_of_view_opens_a_bag_as_it_opens_a_video(tmp_path: Path, name: 
 
 def test_where_tf_knows_the_camera_its_poses_count(tmp_path: Path) -> None:
     path = write_bag(tmp_path / "run.mcap", bare(only_camera(stereo_entries(4))))
-    opened = open_recorded(parse_source(str(path)), Known(fov_deg=60.0))
+    opened = open_recorded(parse_source(str(path)), GivenCalibration(fov_deg=60.0))
     for one in opened.capture.observations():
         (pose,) = poses_of(opened.capture, one)
         assert np.abs((pose.inverse() @ world_from_rig(one.index)).log()).max() < 1e-12
@@ -100,7 +100,7 @@ def test_a_driver_that_publishes_zeros_tells_nothing(tmp_path: Path) -> None:
     word = parse_source(str(write_bag(tmp_path / "run.mcap", [*entries, *zeros])))
     with pytest.raises(CaptureError, match=r"camera_info has no focal length: .*; give --fov"):
         open_recorded(word)
-    opened = open_recorded(word, Known(fov_deg=90.0))
+    opened = open_recorded(word, GivenCalibration(fov_deg=90.0))
     assert opened.capture.cameras[0].lens.focal_px == pytest.approx((20.0, 20.0))
     late = info("/stereo/left/camera_info", stamp(3), "a", SIZE_PX, K)
     word = parse_source(str(write_bag(tmp_path / "late.mcap", [*entries, *zeros[:3], late])))
@@ -112,13 +112,15 @@ def test_two_cameras_sit_where_tf_or_a_person_says(tmp_path: Path) -> None:
     lost = bare(stereo_entries(2), without="/tf")
     word = parse_source(str(write_bag(tmp_path / "lost.mcap", lost)))
     with pytest.raises(CaptureError, match=r"left, right; .*--calibration.*--baseline.*--topic"):
-        open_recorded(word, Known(fov_deg=60.0))
-    assert apart_m(open_recorded(word, Known(fov_deg=60.0, baseline_m=0.3))) == 0.3
-    one = open_recorded(word, Known(fov_deg=60.0), topics=TOPICS[1:])
+        open_recorded(word, GivenCalibration(fov_deg=60.0))
+    assert apart_m(open_recorded(word, GivenCalibration(fov_deg=60.0, baseline_m=0.3))) == 0.3
+    one = open_recorded(word, GivenCalibration(fov_deg=60.0), topics=TOPICS[1:])
     assert [camera.name for camera in one.capture.cameras] == ["right"]
     placed = parse_source(str(write_bag(tmp_path / "run.mcap", bare(stereo_entries(2)))))
-    assert apart_m(open_recorded(placed, Known(fov_deg=60.0))) == pytest.approx(BASELINE_M)
-    assert apart_m(open_recorded(placed, Known(fov_deg=60.0, baseline_m=0.3))) == 0.3
+    assert apart_m(open_recorded(placed, GivenCalibration(fov_deg=60.0))) == pytest.approx(
+        BASELINE_M
+    )
+    assert apart_m(open_recorded(placed, GivenCalibration(fov_deg=60.0, baseline_m=0.3))) == 0.3
 
 
 def apart_m(opened: object) -> float:
@@ -132,7 +134,7 @@ def apart_m(opened: object) -> float:
 def test_a_calibration_belongs_to_cameras_by_name(tmp_path: Path) -> None:
     calibration = tmp_path / "rig.toml"
     calibration.write_text(CALIBRATION)
-    known = Known(calibration=calibration)
+    known = GivenCalibration(calibration=calibration)
     word = parse_source(
         str(write_bag(tmp_path / "run.mcap", bare(stereo_entries(2), without="/tf")))
     )
@@ -150,7 +152,7 @@ def test_a_calibration_belongs_to_cameras_by_name(tmp_path: Path) -> None:
 def test_a_bag_that_knows_its_cameras_is_told_nothing(tmp_path: Path) -> None:
     path = write_bag(tmp_path / "run.mcap", stereo_entries(2))
     with pytest.raises(CaptureError, match="has its own calibration; leave --fov out"):
-        open_recorded(parse_source(str(path)), Known(fov_deg=60.0))
+        open_recorded(parse_source(str(path)), GivenCalibration(fov_deg=60.0))
     with pytest.raises(CaptureError, match="has its own calibration; leave"):
         open_bag(path, supplier=lambda names, sizes_px, *, is_placed: [])  # noqa: ARG005
 
@@ -162,7 +164,7 @@ def test_what_is_told_counts_for_all_cameras_and_unused_calibrations_are_said(
     word = parse_source(str(write_bag(tmp_path / "run.mcap", entries)))
     assert count_uncalibrated_cameras(word) == 0  # the calibrated one is guessed
     assert count_uncalibrated_cameras(word, TOPICS) == 2
-    opened = open_recorded(word, Known(fov_deg=90.0), topics=TOPICS)
+    opened = open_recorded(word, GivenCalibration(fov_deg=90.0), topics=TOPICS)
     focal_px = [camera.lens.focal_px[0] for camera in opened.capture.cameras]
     assert focal_px == pytest.approx([20.0, 20.0])
     notes = "; ".join(opened.capture.notes)
@@ -177,7 +179,7 @@ def test_a_scan_needs_neither_a_calibration_nor_tf(tmp_path: Path) -> None:
     assert (filmed.lens, filmed.partner) == (None, None)
     assert any("second camera is not used" in note for note in filmed.notes)
     assert not any("TF" in note for note in filmed.notes)
-    filmed = open_filmed(word, Known(fov_deg=90.0, baseline_m=0.2))
+    filmed = open_filmed(word, GivenCalibration(fov_deg=90.0, baseline_m=0.2))
     assert filmed.lens is not None and filmed.lens.focal_px == pytest.approx((20.0, 20.0))
     assert filmed.partner is not None and filmed.partner.metres == 0.2
 
@@ -195,7 +197,7 @@ def test_of_tf_a_scan_takes_only_how_far_two_eyes_are_apart(
     with pytest.raises(
         CaptureError, match="TF has the cameras' poses at none of the images' times"
     ):
-        open_recorded(word, Known() if is_calibrated else Known(fov_deg=60.0))
+        open_recorded(word, GivenCalibration() if is_calibrated else GivenCalibration(fov_deg=60.0))
     filmed = open_filmed(word)
     assert len(filmed.footage.names) == 3
     assert (filmed.lens is not None) == is_calibrated

@@ -19,7 +19,7 @@ from rooms_to_scan import (
 from servoid.capture import open_capture
 from servoid.errors import CaptureError, ScanError
 from servoid.exchange.bags.writing import raw_observations, write_mcap_recording
-from servoid.opening import Filmed, Known, open_filmed, parse_source
+from servoid.opening import Filmed, GivenCalibration, open_filmed, parse_source
 from servoid.pose import Pose
 from servoid.scan import Film, Photographs, Recorded, Request, scan
 
@@ -58,7 +58,7 @@ def blank(count: int) -> list[Image]:
 
 
 def filmed(text: object, **given: float) -> Filmed:
-    return open_filmed(parse_source(str(text)), Known(**given))  # type: ignore[arg-type]
+    return open_filmed(parse_source(str(text)), GivenCalibration(**given))  # type: ignore[arg-type]
 
 
 def levels(found: Filmed, names: list[str]) -> list[int]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from played_sources import lens
 
 from servoid.errors import CaptureError, MissingExtraError
-from servoid.opening import Known, parse_source
+from servoid.opening import GivenCalibration, parse_source
 from servoid.opening.live import open_live
 from servoid.source import Controls, Delivery, Instant, Live, read_rig
 from servoid.source.devices import GenicamVideo, list_genicam, open_genicam, pixels
@@ -290,7 +290,7 @@ def test_a_source_can_be_a_gige_camera_whose_images_are_two_eyes_side_by_side(
 ) -> None:
     images = textured(1, (48, 128))
     word = parse_source(f"side-by-side:genicam:{ADDRESS}")
-    known = Known(fov_deg=60.0, baseline_m=0.1)
+    known = GivenCalibration(fov_deg=60.0, baseline_m=0.1)
     with gige_camera(tmp_path, images), open_live(word, known).source as source:
         left, right = newest(source).images
     assert left is not None and right is not None

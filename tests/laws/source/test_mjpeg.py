@@ -12,7 +12,7 @@ from served_images import served
 
 from servoid.camera import Lens
 from servoid.errors import CaptureError
-from servoid.opening import Known, open_live, parse_source
+from servoid.opening import GivenCalibration, open_live, parse_source
 from servoid.source import Live, RawInstant
 from servoid.source.streams.mjpeg import MjpegVideo
 
@@ -43,7 +43,7 @@ def gather(source: Live, seconds: float, enough: int = 10_000) -> list[RawInstan
 
 def test_a_stream_is_a_live_camera_whose_jpeg_files_are_kept(images: Path) -> None:
     with served(images) as address:
-        opened = open_live(parse_source(f"{address}/left"), Known(fov_deg=60.0))
+        opened = open_live(parse_source(f"{address}/left"), GivenCalibration(fov_deg=60.0))
         with opened.source as source:
             found = gather(source, 20.0, 30)
     (camera,) = source.rig
@@ -59,7 +59,7 @@ def test_a_stream_is_a_live_camera_whose_jpeg_files_are_kept(images: Path) -> No
 
 def test_a_server_that_was_killed_is_found_again_and_the_gap_is_told(images: Path) -> None:
     with served(images) as address:
-        opened = open_live(parse_source(f"{address}/left"), Known(fov_deg=60.0))
+        opened = open_live(parse_source(f"{address}/left"), GivenCalibration(fov_deg=60.0))
         source = opened.source
         assert gather(source, 20.0, 3)
     gather(source, 0.6)  # what had come before
@@ -74,7 +74,9 @@ def test_a_server_that_was_killed_is_found_again_and_the_gap_is_told(images: Pat
 @pytest.mark.extended
 def test_stamps_of_the_sender_that_jump_are_told_and_times_go_on(images: Path) -> None:
     with served(images) as address:
-        opened = open_live(parse_source(f"{address}/left?jump=1,-100"), Known(fov_deg=60.0))
+        opened = open_live(
+            parse_source(f"{address}/left?jump=1,-100"), GivenCalibration(fov_deg=60.0)
+        )
         with opened.source as source:
             found = gather(source, 20.0, 120)
     notices = [notice for raw in found for notice in raw.notices if "clock went back" in notice]
@@ -86,7 +88,7 @@ def test_stamps_of_the_sender_that_jump_are_told_and_times_go_on(images: Path) -
 @pytest.mark.extended
 def test_an_image_that_was_dropped_is_told(images: Path) -> None:
     with served(images, rate_hz=20.0) as address:
-        opened = open_live(parse_source(f"{address}/left?drop=7"), Known(fov_deg=60.0))
+        opened = open_live(parse_source(f"{address}/left?drop=7"), GivenCalibration(fov_deg=60.0))
         with opened.source as source:
             found = gather(source, 30.0, 60)
     notices = [notice for raw in found for notice in raw.notices]
@@ -95,7 +97,7 @@ def test_an_image_that_was_dropped_is_told(images: Path) -> None:
 
 def test_an_address_that_does_not_answer_is_refused_without_its_password() -> None:
     with pytest.raises(CaptureError, match=r"'http://\*\*\*@127.0.0.1:9/' does not answer") as no:
-        open_live(parse_source("http://me:secret@127.0.0.1:9/"), Known(fov_deg=60.0))
+        open_live(parse_source("http://me:secret@127.0.0.1:9/"), GivenCalibration(fov_deg=60.0))
     assert "secret" not in str(no.value)
 
 
@@ -153,7 +155,7 @@ def test_a_part_that_is_cut_short_is_no_image() -> None:
 def test_the_halves_of_a_stream_are_two_cameras(images: Path) -> None:
     with served(images) as address:
         word = parse_source(f"side-by-side:{address}/left")
-        with open_live(word, Known(fov_deg=60.0, baseline_m=0.06)).source as source:
+        with open_live(word, GivenCalibration(fov_deg=60.0, baseline_m=0.06)).source as source:
             (raw,) = gather(source, 20.0, 1)
     assert [camera.lens.size_px for camera in source.rig] == [(32, 48)] * 2
     assert all(image is not None and image.pixels.shape == (48, 32, 3) for image in raw.images)

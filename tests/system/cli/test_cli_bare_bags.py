@@ -13,7 +13,7 @@ from scenes_bags import FRAMES, SIZE_PX, link, only_camera, pixels, stamp, stere
 
 from conftest import Command
 from servoid.capture import open_capture
-from servoid.opening import Known, open_recorded, parse_source
+from servoid.opening import GivenCalibration, open_recorded, parse_source
 from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.shape import save_body
@@ -49,7 +49,7 @@ def test_a_bag_is_recorded_before_anything_is_known_of_its_camera(
     assert done.code == 0, done.err
     assert done.out.startswith("Wrote run.mcap: 6 observations\n")
     assert "the cameras are not calibrated" in flat(done.out)
-    known = Known(fov_deg=60.0)
+    known = GivenCalibration(fov_deg=60.0)
     bag, kept = (open_recorded(parse_source(word), known).capture for word in ("run.mcap", "run"))
     assert bag.times_s == kept.times_s
     for one, other in zip(bag.world_from_rig, kept.world_from_rig, strict=True):
@@ -85,7 +85,8 @@ def test_jpeg_files_of_a_bag_stay_as_they_are_unless_colours_would_change(
     write_bag(Path("swapped.mcap"), swapped)
     assert servoid_command("record", "swapped.mcap", "--out", "swapped").code == 0
     both = [
-        open_recorded(parse_source(f"swapped{end}"), Known(fov_deg=60.0)) for end in ("", ".mcap")
+        open_recorded(parse_source(f"swapped{end}"), GivenCalibration(fov_deg=60.0))
+        for end in ("", ".mcap")
     ]
     one, other = (opened.capture.cameras[0].pictures[0] for opened in both)
     assert one is not None and one.path.suffix == ".png"
@@ -166,7 +167,7 @@ def test_a_camera_that_sits_turned_on_its_link_is_recorded_where_it_was(
         Path("run.mcap"), [tf(stamp(0), [link("rig", FRAMES[0], seat)], "/tf_static"), *moved]
     )
     assert servoid_command("record", "run.mcap", "--out", "run").code == 0
-    known = Known(fov_deg=60.0)
+    known = GivenCalibration(fov_deg=60.0)
     bag, kept = (open_recorded(parse_source(word), known).capture for word in ("run.mcap", "run"))
     for one, other in zip(bag.observations(), kept.observations(), strict=True):
         off = poses_of(bag, one)[0].inverse() @ poses_of(kept, other)[0]

@@ -18,7 +18,7 @@ from recordings import Alone, run_servoid
 from served_images import served
 
 from servoid.capture import open_capture
-from servoid.opening import Known, open_recorded, parse_source
+from servoid.opening import GivenCalibration, open_recorded, parse_source
 
 RIG_CAMERA = """
 [[camera]]
@@ -85,7 +85,7 @@ def test_a_camera_is_recorded_before_anything_is_known_of_it(
     assert "scan calibrates them" in " ".join(done.out.split())
     later = servoid_command("track", run, "--out", tmp_path / "poses.csv")
     assert later.code == 1 and "track and model take --fov or --calibration" in later.err
-    opened = open_recorded(parse_source(str(run)), Known(fov_deg=90.0))
+    opened = open_recorded(parse_source(str(run)), GivenCalibration(fov_deg=90.0))
     assert opened.capture.cameras[0].lens.focal_px[0] == pytest.approx(32.0)
 
 

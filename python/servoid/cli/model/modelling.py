@@ -36,7 +36,7 @@ from servoid.model import (
     fit_range_samples,
     range_samples_of_cloud,
 )
-from servoid.opening import Known, doubt_calibration, open_recorded, parse_source
+from servoid.opening import GivenCalibration, doubt_calibration, open_recorded, parse_source
 from servoid.output import check_file, check_folder, make_folder
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
@@ -50,7 +50,7 @@ class Order:
     """The options of `servoid model`; None leaves the choice to servoid."""
 
     source: str
-    known: Known
+    known: GivenCalibration
     out: Path
     report: Path | None
     targets: tuple[str, ...]

@@ -14,7 +14,7 @@ from servoid.capture import CaptureView
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import OutputError, TargetError
 from servoid.opening import (
-    Known,
+    GivenCalibration,
     any_cameras,
     count_uncalibrated_cameras,
     open_recorded,
@@ -89,7 +89,7 @@ def _question(order: Order) -> Question:
     word = parse_source(order.source)
     # Any lens will do, because the page shows the image as it was recorded.
     is_uncalibrated = not word.is_live and count_uncalibrated_cameras(word) > 0
-    known = any_cameras(Known()) if is_uncalibrated else Known()
+    known = any_cameras(GivenCalibration()) if is_uncalibrated else GivenCalibration()
     view = _view(open_recorded(word, known).capture.all_views(), order)
     metres = view.recorded_depth()
     depth = None if metres is None else Depth(metres, view.lens.focal_px[0])

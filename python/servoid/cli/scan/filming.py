@@ -11,7 +11,7 @@ from servoid.cli.scan.scanning import ScanOrder, print_scan, scanned
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import ScanError
 from servoid.exchange import is_capture
-from servoid.opening import Known, count_uncalibrated_cameras, open_filmed, parse_source
+from servoid.opening import GivenCalibration, count_uncalibrated_cameras, open_filmed, parse_source
 from servoid.opening.word import Kind
 from servoid.scan import CAMERA, Footage, is_footage
 from servoid.scan.footage import image_name
@@ -41,7 +41,9 @@ class Scanned:
     seconds: float
 
 
-def needs_scan(source: str, known: Known, scale: Scale, topics: Sequence[str] = ()) -> bool:
+def needs_scan(
+    source: str, known: GivenCalibration, scale: Scale, topics: Sequence[str] = ()
+) -> bool:
     """Return whether a source consists of images without camera poses and calibration.
 
     If the user gives a calibration, the camera stood still, or a bag contains its poses. `topics`

@@ -11,7 +11,7 @@ import typer
 from servoid.cli.extras import check_extras
 from servoid.cli.progress import progress_bar
 from servoid.cli.wrong_options import OptionError, of_options
-from servoid.opening import Known, open_filmed, parse_source
+from servoid.opening import GivenCalibration, open_filmed, parse_source
 from servoid.scan import Request, Scan, parse_baseline, parse_board, parse_length, scan
 from servoid.segment import ClickTarget, MaskTarget, Target, parse_target
 from servoid.words import digits
@@ -34,7 +34,7 @@ class ScanOrder:
     masks: Path | None = None
     wanted: tuple[str, ...] = ()
     threads: int | None = None
-    known: Known = field(default_factory=Known)
+    known: GivenCalibration = field(default_factory=GivenCalibration)
     topics: tuple[str, ...] = ()
 
 

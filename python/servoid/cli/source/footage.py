@@ -13,7 +13,7 @@ from types import TracebackType
 from servoid.capture import Capture
 from servoid.cli.source.recorders import recording_of
 from servoid.exchange.bags.writing import McapRun, RunRig, mcap_run
-from servoid.opening import Known, SourceWord, open_live, open_recorded
+from servoid.opening import GivenCalibration, SourceWord, open_live, open_recorded
 from servoid.record import Overlay, QueuedRecording, live_video, overlay_video
 from servoid.source import Feed, RawInstant
 from servoid.track import Request, Subject, TrackStep, cameras_of, follow, follow_live
@@ -61,7 +61,7 @@ class LiveFootage:
     def __init__(
         self,
         word: SourceWord,
-        known: Known,
+        known: GivenCalibration,
         *,
         duration_s: float | None = None,
         record: Path | None = None,
@@ -197,7 +197,7 @@ Footage = RecordedFootage | LiveFootage
 @contextmanager
 def open_footage(
     word: SourceWord,
-    known: Known,
+    known: GivenCalibration,
     *,
     topics: Sequence[str] = (),
     world: str | None = None,

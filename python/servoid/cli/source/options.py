@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from servoid.opening import Known
+    from servoid.opening import GivenCalibration
 
 from servoid.cli.wrong_options import of_options
 
@@ -102,14 +102,16 @@ Duration = Annotated[
 
 def known_cameras(
     fov: float | None, baseline: float | None, calibration: Path | None, rate: float | None
-) -> "Known":
+) -> "GivenCalibration":
     """Return the calibration that the options give.
 
     Raises:
         OptionError: a value is out of range, or two contradict each other.
 
     """
-    from servoid.opening import Known
+    from servoid.opening import GivenCalibration
 
     with of_options():
-        return Known(fov_deg=fov, baseline_m=baseline, calibration=calibration, rate_hz=rate)
+        return GivenCalibration(
+            fov_deg=fov, baseline_m=baseline, calibration=calibration, rate_hz=rate
+        )

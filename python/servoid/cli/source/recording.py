@@ -14,8 +14,8 @@ from servoid.cli.source.footage import LiveFootage
 from servoid.cli.source.recorders import check_recorder, is_mcap
 from servoid.cli.wrong_options import OptionError
 from servoid.opening import (
+    GivenCalibration,
     Kind,
-    Known,
     SourceWord,
     any_cameras,
     count_uncalibrated_cameras,
@@ -44,7 +44,7 @@ class Order:
 
     source: str
     out: Path
-    known: Known
+    known: GivenCalibration
     duration_s: float | None
     count: int | None
     topics: tuple[str, ...] = ()

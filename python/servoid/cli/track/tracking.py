@@ -20,7 +20,7 @@ from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange.bags.writing import check_mcap, check_mcap_suffix
-from servoid.opening import Known, SourceWord, doubt_calibration, parse_source
+from servoid.opening import GivenCalibration, SourceWord, doubt_calibration, parse_source
 from servoid.output import check_file
 from servoid.record import (
     check_suffix,
@@ -48,7 +48,7 @@ class Order:
     """The options of `servoid track`; None leaves the choice to servoid."""
 
     source: str
-    known: Known
+    known: GivenCalibration
     duration: float | None
     record: Path | None
     bodies: tuple[str, ...]

@@ -57,7 +57,7 @@ class Rig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Known:
+class GivenCalibration:
     """The calibration that a user supplies for cameras whose images come without one.
 
     `fov_deg` is the angle of view from the left to the right border of the image, in degrees.
@@ -186,7 +186,7 @@ class Known:
         return seen if is_placed else f"{seen}; the camera is the world's origin"
 
 
-def any_cameras(known: Known) -> Known:
+def any_cameras(known: GivenCalibration) -> GivenCalibration:
     """Return the calibration for cameras without one, where only their images matter."""
     return replace(known, is_any=True)
 

@@ -31,11 +31,11 @@ from servoid_experiments.paper.eye_pair import (
     see,
     true_body,
 )
-from servoid_experiments.paper.left_out import map_variants
 from servoid_experiments.paper.maps.case import Fitness, MapRow
 from servoid_experiments.paper.maps.fitness_map import FITNESS_MAP
 from servoid_experiments.paper.maps.report import QUICK_MAP, MapSettings, map_section, map_work
 from servoid_experiments.paper.maps.ridges import peak_of, width_at_share
+from servoid_experiments.paper.unstated import map_variants
 from servoid_experiments.report import Verdict
 
 PNG = b"\x89PNG"

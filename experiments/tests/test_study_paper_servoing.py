@@ -186,18 +186,18 @@ def cells(section: Section, name: str, run: str) -> dict[str, Any]:
 
 @pytest.mark.extended
 def test_what_is_reported_follows_from_the_rows(tmp_path: Path) -> None:
-    paper, cures, future, listed = reported(ServoingSettings(), tmp_path)
+    paper, changes, future, listed = reported(ServoingSettings(), tmp_path)
     assert [one.verdict for one in paper.findings[:2]] == [Verdict.AGREES, Verdict.AGREES]
     assert paper.findings[2].verdict is Verdict.PARTLY  # z spreads more, but not more and more
     for run, lag_deg, z_mm in ((SLOW, 3.0, 2.0), (FAST, 10.0, 4.0), (FORWARD, 0.2, 1.0)):
         found = cells(listed, "servoing_figures", run)
         assert found["hand_lag_deg"] == pytest.approx(lag_deg)
         assert found["seen_spread_z_mm"] == pytest.approx(z_mm, rel=0.1)
-    assert cures.findings[1].verdict is Verdict.BEYOND
+    assert changes.findings[1].verdict is Verdict.BEYOND
     assert len(future.tables) == 1
     names = [row[0] for row in listed.tables[0].rows]
     assert names[2:6] == [OTHER, *(one.name for one in READINGS)]
-    for section in (paper, cures, future):
+    for section in (paper, changes, future):
         for picture in section.pictures:
             assert picture.file.read_bytes().startswith(b"\x89PNG")
             assert len(picture.file.with_suffix(".csv").read_text().splitlines()) > 3
@@ -217,8 +217,8 @@ def test_a_hand_that_swings_too_wide_does_not_go_beyond_the_paper(tmp_path: Path
     results = {
         SERVOING.name: [Done(case, wider(case)) for case in servoing_work(settings)[0].cases]
     }
-    _, cures, future, listed = servoing_sections(settings, results, tmp_path)
-    assert cures.findings[1].verdict is Verdict.PARTLY
+    _, changes, future, listed = servoing_sections(settings, results, tmp_path)
+    assert changes.findings[1].verdict is Verdict.PARTLY
     assert cells(listed, "servoing_figures", FORWARD)["hand_gain"] == pytest.approx(1.5)
     # Both methods lag alike in these rows.
     assert future.findings[0].verdict is Verdict.PARTLY

@@ -11,10 +11,10 @@ from msgspec import Meta
 
 from servoid.batch import Done, Work
 from servoid_experiments.paper.eye_pair import EyeMode
-from servoid_experiments.paper.left_out import AS_IT_IS, map_variants
 from servoid_experiments.paper.maps.case import Fitness, FitnessRow, MapCase, MapRow, MapTrial
 from servoid_experiments.paper.maps.drawing import draw_map, draw_ridges
 from servoid_experiments.paper.maps.fitness_map import FITNESS_MAP
+from servoid_experiments.paper.unstated import AS_IT_IS, map_variants
 from servoid_experiments.report import Cell, Finding, Picture, Section, Table, Verdict
 from servoid_experiments.stats import Spread, spread_of
 

@@ -117,7 +117,7 @@ class Bar:
     lag: Spread
 
 
-def draw_cures(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
+def draw_changes(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
     """Draw the effect of each change of the paper's method, with intervals, and write a CSV file.
 
     Raises:

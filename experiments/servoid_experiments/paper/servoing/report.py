@@ -6,7 +6,7 @@ from pathlib import Path
 
 from servoid_experiments.design import Results
 from servoid_experiments.paper.servoing.followed import Followed
-from servoid_experiments.paper.servoing.plots import Bar, Column, draw_courses, draw_cures
+from servoid_experiments.paper.servoing.plots import Bar, Column, draw_changes, draw_courses
 from servoid_experiments.paper.servoing.runs import (
     ADDED,
     ALONE,
@@ -78,7 +78,7 @@ def servoing_sections(settings: ServoingSettings, results: Results, folder: Path
     sections = []
     if SLOW in found and FAST in found:
         sections.append(_paper_section(settings, found, folder))
-        sections.append(_cure_section(found, folder))
+        sections.append(_change_section(found, folder))
     if unknown or SEVERAL in found:
         sections.append(_future_section(settings, found, unknown, folder))
     if found:
@@ -182,7 +182,7 @@ def _paper_findings(found: _Rows) -> tuple[Finding, ...]:
     )
 
 
-def _cure_section(found: _Rows, folder: Path) -> Section:
+def _change_section(found: _Rows, folder: Path) -> Section:
     groups = [(FAST, 0), *((one.name, 1) for one in ALONE), *((one.name, 2) for one in ADDED)]
     bars = [
         Bar(
@@ -200,11 +200,11 @@ def _cure_section(found: _Rows, folder: Path) -> Section:
         "over seeds. First each change alone, then one after another up to servoid's method; the "
         "dashed lines are the paper's method."
     )
-    pictures = [draw_cures(bars, folder / "servoing_cures.png", caption)]
+    pictures = [draw_changes(bars, folder / "servoing_changes.png", caption)]
     if BEST_NAME in found:
         pictures.append(_beside(found, folder))
-    findings = _cure_findings(found) if FORWARD in found else ()
-    return Section("What cures the unsteady z and the lag", findings, tuple(pictures))
+    findings = _improvement_findings(found) if FORWARD in found else ()
+    return Section("What improves the unsteady z and the lag", findings, tuple(pictures))
 
 
 def _beside(found: _Rows, folder: Path) -> Picture:
@@ -217,7 +217,7 @@ def _beside(found: _Rows, folder: Path) -> Picture:
     return draw_courses(columns, folder / "servoing_best.png", caption)
 
 
-def _cure_findings(found: _Rows) -> tuple[Finding, ...]:
+def _improvement_findings(found: _Rows) -> tuple[Finding, ...]:
     z = [_figure(found[name], "seen_spread_z_mm").mean for name in (FAST, FORWARD)]
     before, after = (_figure(found[name], "hand_lag_deg") for name in (FAST, FORWARD))
     faithful = abs(_figure(found[FORWARD], "hand_gain").mean - 1.0) <= _AMPLITUDE

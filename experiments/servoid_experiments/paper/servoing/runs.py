@@ -28,7 +28,7 @@ BEST = msgspec.structs.replace(_FORWARD, qp=True)
 _SIX = msgspec.structs.replace(BEST, turn_told=False, surface=True)
 
 
-class Cure(msgspec.Struct, frozen=True, kw_only=True):
+class Change(msgspec.Struct, frozen=True, kw_only=True):
     """A change of the paper's method: its name and its settings.
 
     A population that is not `diverse` mutates rarely, and by little in the end.
@@ -45,31 +45,31 @@ class Cure(msgspec.Struct, frozen=True, kw_only=True):
 # Other readings of the paper: estimates with timestamps, a population in the world's frame, and a
 # population that has lost its diversity.
 READINGS = (
-    Cure(name="in the hand, images stamped", method=Method(stamped=True)),
-    Cure(name="in the world, images stamped", method=Method(in_hand=False, stamped=True)),
-    Cure(name="in the hand, little diversity", diverse=False),
+    Change(name="in the hand, images stamped", method=Method(stamped=True)),
+    Change(name="in the world, images stamped", method=Method(in_hand=False, stamped=True)),
+    Change(name="in the hand, little diversity", diverse=False),
 )
 
 # First each change alone, replacing what the paper does; then all of them cumulatively.
 ALONE = (
-    Cure(name="eyes parallel, not verging", verging=False),
-    Cure(name="population x 4", times_population=4),
-    Cure(name="4 generations an image", times_generations=4),
-    Cure(name=SEARCH, times_population=4, times_generations=4),
-    Cure(name=REGION, method=Method(tracker=TrackerKind.REGION)),
+    Change(name="eyes parallel, not verging", verging=False),
+    Change(name="population x 4", times_population=4),
+    Change(name="4 generations an image", times_generations=4),
+    Change(name=SEARCH, times_population=4, times_generations=4),
+    Change(name=REGION, method=Method(tracker=TrackerKind.REGION)),
 )
 ADDED = (
-    Cure(
+    Change(
         name="region term, population x 4, 4 generations",
         method=Method(tracker=TrackerKind.REGION),
         times_population=4,
         times_generations=4,
     ),
-    Cure(name="servoid's tracker", method=_TRACKER),
-    Cure(name="+ filter, delay compensated", method=_FILTERED),
-    Cure(name=FORWARD, method=_FORWARD),
-    Cure(name=BEST_NAME, method=BEST),
-    Cure(name=SURFACE, method=msgspec.structs.replace(BEST, surface=True)),
+    Change(name="servoid's tracker", method=_TRACKER),
+    Change(name="+ filter, delay compensated", method=_FILTERED),
+    Change(name=FORWARD, method=_FORWARD),
+    Change(name=BEST_NAME, method=BEST),
+    Change(name=SURFACE, method=msgspec.structs.replace(BEST, surface=True)),
 )
 
 
@@ -136,7 +136,7 @@ def quick_servoing() -> ServoingSettings:
 
 def servoing_work(settings: ServoingSettings) -> list[Work]:
     """Return the runs: the paper's, those with changes, and those with unknown objects."""
-    cases = [*_paper_cases(settings), *_cure_cases(settings), *_several_cases(settings)]
+    cases = [*_paper_cases(settings), *_change_cases(settings), *_several_cases(settings)]
     unknown = _unknown_cases(settings)
     return [Work(SERVOING, cases), *([Work(UNKNOWN, unknown)] if unknown else [])]
 
@@ -170,28 +170,28 @@ def _paper_cases(settings: ServoingSettings) -> list[ServoingCase]:
     ]
 
 
-def _bred(cure: Cure, given: Constants) -> Constants:
+def _bred(change: Change, given: Constants) -> Constants:
     """Return constants with a change's settings of the population's diversity."""
-    if cure.diverse:
+    if change.diverse:
         return given
     return with_constant(
         with_constant(given, "search.mutation_rate", _SELDOM), "search.least_width", _NARROW
     )
 
 
-def _cure_cases(settings: ServoingSettings) -> list[ServoingCase]:
+def _change_cases(settings: ServoingSettings) -> list[ServoingCase]:
     """Return the runs of the changes, at the fast speed."""
     cases = []
-    for cure in (*ALONE, *ADDED):
+    for change in (*ALONE, *ADDED):
         search = settings.constants.search
-        given = with_constant(settings.constants, "eyes.verging", cure.verging)
+        given = with_constant(settings.constants, "eyes.verging", change.verging)
         for key, times in (
-            ("population", cure.times_population),
-            ("generations", cure.times_generations),
+            ("population", change.times_population),
+            ("generations", change.times_generations),
         ):
             given = with_constant(given, f"search.{key}", times * getattr(search, key))
         cases += [
-            _cured(settings, seed, given, cure.method, name=cure.name)
+            _changed(settings, seed, given, change.method, name=change.name)
             for seed in range(settings.cure_seeds)
         ]
     return cases
@@ -210,13 +210,13 @@ def _several_cases(settings: ServoingSettings) -> list[ServoingCase]:
         (SIX_BEST, "painted_ellipsoid", _SIX),
     )
     return [
-        _cured(settings, seed, settings.constants, method, name=name, kind=kind)
+        _changed(settings, seed, settings.constants, method, name=name, kind=kind)
         for name, kind, method in kinds
         for seed in range(settings.unknown.seeds)
     ]
 
 
-def _cured(
+def _changed(
     settings: ServoingSettings,
     seed: int,
     given: Constants,

@@ -9,10 +9,10 @@ import numpy as np
 from msgspec import Meta
 
 from servoid.batch import Done, Work
-from servoid_experiments.paper.left_out import AS_IT_IS, two_variants
 from servoid_experiments.paper.two.case import Procedure, TwoCase, TwoRow, TwoTrial
 from servoid_experiments.paper.two.drawing import Shown, draw_errors, draw_models
 from servoid_experiments.paper.two.modelling import TWO_ELLIPSOIDS, first_pair
+from servoid_experiments.paper.unstated import AS_IT_IS, two_variants
 from servoid_experiments.report import Cell, Finding, Picture, Section, Table, Verdict
 from servoid_experiments.stats import over
 

@@ -12,7 +12,7 @@ from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.servo import settings_toml
 from servoid.sim.samples import bird
-from servoid.sim.samples.drawing.nets import surface_net
+from servoid.sim.samples.drawing.surface_nets import surface_net
 from servoid_experiments.design import Done
 from servoid_experiments.modelling import MODEL, ModelStudySettings
 from servoid_experiments.modelling.around import around

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.pose.exact import Floats
-from servoid.sim.samples.drawing.nets import finer, surface_net
 from servoid.sim.samples.drawing.painting import texture_of
 from servoid.sim.samples.drawing.patterns import GAMMA
 from servoid.sim.samples.drawing.solids import (
@@ -20,6 +19,7 @@ from servoid.sim.samples.drawing.solids import (
     blend,
     turned_axes,
 )
+from servoid.sim.samples.drawing.surface_nets import finer, surface_net
 from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Visual
 
 BOUND_CENTER = (-0.008, 0.014, 0.102)

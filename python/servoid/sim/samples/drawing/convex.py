@@ -15,8 +15,8 @@ _ENDLESS = float("inf")
 class Convex:
     """The intersection of quadrics |point / radii| <= 1, unbounded along axes with radius inf.
 
-    `center` (3,) and `axes` (3, 3), as rows, give the pose of the solid in a thing's frame; `radii`
-    (K, 3) are along the axes.
+    `center` (3,) and `axes` (3, 3), as rows, give the pose of the solid in the frame of its object;
+    `radii` (K, 3) are along the axes.
     """
 
     center: Floats
@@ -31,15 +31,15 @@ class Convex:
         return float(least.max()) if len(self.radii) == 1 else together
 
     def to_local(self, points: Floats) -> Floats:
-        """Transform points (3, N) from the thing's frame to the solid's own axes."""
+        """Transform points (3, N) from the object's frame to the solid's own axes."""
         return self.axes @ (points - self.center[:, None])
 
     def holds(self, points: Floats) -> NDArray[np.bool_]:
-        """Return which points (3, N) of the thing's frame are inside."""
+        """Return which points (3, N) of the object's frame are inside."""
         return np.asarray(self._levels(self.to_local(points)).max(axis=0) < 1.0)
 
     def surface(self, ways: Floats) -> Floats:
-        """Return surface points (3, N), in the thing's frame, along the solid's directions."""
+        """Return surface points (3, N), in the object's frame, along the solid's directions."""
         reach = 1.0 / np.sqrt(self._levels(ways).max(axis=0))
         return self.center[:, None] + self.axes.T @ (reach * ways)
 

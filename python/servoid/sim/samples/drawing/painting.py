@@ -14,7 +14,7 @@ from servoid.sim.world.events.motions import row_of
 from servoid.sim.world.scene.visuals import ROOM, Cylinder, Ellipsoid, Finish, Plane, Shape, Visual
 
 Paint = Callable[[Floats], Floats]
-"""Maps points (3, N) in the frame of a thing to linear colours (3, N), 0 to 1."""
+"""Maps points (3, N) in the frame of an object to linear colours (3, N), 0 to 1."""
 
 _LID = 5e-5  # metres: half the height of a tube's lids, a fifth of which protrudes
 _FACES = ((1, 2, 0), (2, 0, 1), (0, 1, 2))  # along, across and outwards, for each axis of a box

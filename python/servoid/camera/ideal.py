@@ -15,12 +15,12 @@ from servoid.errors import located
 _KEPT = 8  # a map of a large image takes hundreds of megabytes
 
 
-class Ideal:
+class IdealCamera:
     """The pinhole camera that sees what a lens saw, without its distortion.
 
-    Views that share an `Ideal` share its maps. A fisheye lens sees more than a pinhole camera can,
-    so its pinhole camera looks at the object: `mask` gives the object's pixels in the lens's image,
-    as a file or as an array (H, W).
+    Views that share an `IdealCamera` share its maps. A fisheye lens sees more than a pinhole camera
+    can, so its pinhole camera looks at the object: `mask` gives the object's pixels in the lens's
+    image, as a file or as an array (H, W).
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Ideal:
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle only the inputs: the copy computes its maps again and has its own lock."""
-        return Ideal, (self.lens, self._mask, self._recorded)
+        return IdealCamera, (self.lens, self._mask, self._recorded)
 
     @cached_property
     def camera(self) -> Camera:
@@ -77,5 +77,5 @@ def needs_object(lens: Lens) -> bool:
 
 
 @lru_cache(maxsize=_KEPT)
-def _maps(ideal: Ideal) -> Undistortion:
+def _maps(ideal: IdealCamera) -> Undistortion:
     return ideal._undistortion()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose, View, taken_depth, taken_image, taken_mask
-from servoid.camera.ideal import Ideal
+from servoid.camera.ideal import IdealCamera
 from servoid.camera.images import shrink
 from servoid.camera.lenses import pinhole_lens
 from servoid.camera.picture import Picture
@@ -168,7 +168,7 @@ def views_of(
             f"{counted(len(views), 'view has', 'views have')} {counted(len(images), 'image')}; "
             "give one for each"
         )
-    shared: dict[Camera, Ideal] = {}
+    shared: dict[Camera, IdealCamera] = {}
     made = []
     for index, view in enumerate(views):
         pixels = None if images is None else taken_image(images[index])
@@ -186,7 +186,7 @@ def views_of(
                 lens=lens,
                 world_from_lens=view.world_from_camera,
                 given_mask=view.mask,
-                shared=shared.setdefault(view.camera, Ideal(lens)),
+                shared=shared.setdefault(view.camera, IdealCamera(lens)),
             )
         )
     return made

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose, View
 from servoid.camera.depth import StoredDepth, read_depth
-from servoid.camera.ideal import Ideal, needs_object
+from servoid.camera.ideal import IdealCamera, needs_object
 from servoid.camera.images import Recorded, read_mask
 from servoid.camera.picture import Picture
 from servoid.errors import CaptureError, MaskError, located
@@ -72,9 +72,9 @@ class CaptureCamera:
         )
 
     @cached_property
-    def ideal(self) -> Ideal:
+    def ideal(self) -> IdealCamera:
         """Return the undistorted pinhole camera that applies where no object is known."""
-        return Ideal(self.lens)
+        return IdealCamera(self.lens)
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class CaptureView:
     depth_scale_m: float | None = None
     given_mask: NDArray[np.uint8] | None = None
     recorded_mask: NDArray[np.uint8] | None = None
-    shared: Ideal | None = None
+    shared: IdealCamera | None = None
     depth_m: NDArray[np.float32] | None = None
     shrinking: Recorded | None = None
 
@@ -142,10 +142,10 @@ class CaptureView:
         return any(mask is not None for mask in known)
 
     @cached_property
-    def ideal(self) -> Ideal:
+    def ideal(self) -> IdealCamera:
         """Return the ideal pinhole camera, with the maps that undistort the lens's images."""
         mask = self.mask_path if self.recorded_mask is None else self.recorded_mask
-        return self.shared or Ideal(self.lens, mask, self.recorded)
+        return self.shared or IdealCamera(self.lens, mask, self.recorded)
 
     @cached_property
     def camera(self) -> Camera:

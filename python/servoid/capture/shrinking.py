@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from servoid._native import Lens
-from servoid.camera.ideal import Ideal, needs_object
+from servoid.camera.ideal import IdealCamera, needs_object
 from servoid.camera.images import Recorded, shrink_mask
 from servoid.capture.capture import CaptureView
 from servoid.config.limits import MOST_VIEW_PX
@@ -24,7 +24,7 @@ def shrunk(views: Sequence[CaptureView]) -> tuple[list[CaptureView], str | None]
         by *= 2
     if by == 1:
         return list(views), None
-    small: dict[int, Ideal] = {}
+    small: dict[int, IdealCamera] = {}
     made = [_shrunk(view, by, small) if _is_free(view) else view for view in views]
     before, after = free[0].lens.size_px, _small(free[0].lens, by).size_px
     return made, (
@@ -38,9 +38,9 @@ def _is_free(view: CaptureView) -> bool:
     return view.given_mask is None and not view.picture.is_in_memory
 
 
-def _shrunk(view: CaptureView, by: int, small: dict[int, Ideal]) -> CaptureView:
+def _shrunk(view: CaptureView, by: int, small: dict[int, IdealCamera]) -> CaptureView:
     """Shrink one view; views that share a lens still share a pinhole and its maps."""
-    ideal = small.setdefault(id(view.lens), Ideal(_small(view.lens, by)))
+    ideal = small.setdefault(id(view.lens), IdealCamera(_small(view.lens, by)))
     recorded = view.recorded
     own = needs_object(view.lens) and view.has_mask
     return replace(

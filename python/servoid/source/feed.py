@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from servoid.camera.ideal import Ideal
+from servoid.camera.ideal import IdealCamera
 from servoid.capture import Capture
 from servoid.errors import CaptureError
 from servoid.source.instants import cameras_of
@@ -44,7 +44,7 @@ class Feed:
         """
         self._source, self._name, self._is_over = source, name, is_over
         self._keep, self._report_silence = keep, report_silence
-        self._ideals = tuple(Ideal(camera.lens) for camera in source.rig)
+        self._ideals = tuple(IdealCamera(camera.lens) for camera in source.rig)
         self._count, self._last_index = 0, -1
         self._first: RawInstant | None = None
         self.missed: int = 0

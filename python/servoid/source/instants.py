@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
-from servoid.camera.ideal import Ideal
+from servoid.camera.ideal import IdealCamera
 from servoid.camera.picture import Picture
 from servoid.capture.capture import Capture, CaptureCamera, Observation
 from servoid.errors import ImageError
@@ -95,7 +95,7 @@ def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | Non
 
 
 def ideal_image(
-    name: str, ideal: Ideal, pixels: NDArray[Any]
+    name: str, ideal: IdealCamera, pixels: NDArray[Any]
 ) -> tuple[NDArray[np.uint8] | None, str | None]:
     """Return a lens's image as its ideal pinhole sees it, and a notice of what is wrong with it.
 

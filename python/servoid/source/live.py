@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose
 from servoid.camera.depth import to_metres
-from servoid.camera.ideal import Ideal
+from servoid.camera.ideal import IdealCamera
 from servoid.config.checked import Checked
 from servoid.errors import CaptureError, ServoidError
 from servoid.source.controls import Controls
@@ -106,7 +106,7 @@ class Live:
         self._clock, self._settings = clock, settings or LiveSettings()
         resting = tuple(camera.rig_from_camera for camera in cameras)
         self._world_from_lenses = world_from_cameras or (lambda _: resting)
-        self._ideals = tuple(Ideal(camera.lens) for camera in cameras)
+        self._ideals = tuple(IdealCamera(camera.lens) for camera in cameras)
         self._cameras = tuple(ideal.camera for ideal in self._ideals)
         self._index, self._last_s = -1, -np.inf
         first, self._eyes = _devices(cameras)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
-from servoid.camera.ideal import Ideal
+from servoid.camera.ideal import IdealCamera
 from servoid.capture.arrays import ArrayPicture
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.source.instants import ideal_image
@@ -82,7 +82,9 @@ class RawSource(Protocol):
         ...
 
 
-def instant_of(raw: RawInstant, rig: Sequence[MountedCamera], ideals: Sequence[Ideal]) -> Instant:
+def instant_of(
+    raw: RawInstant, rig: Sequence[MountedCamera], ideals: Sequence[IdealCamera]
+) -> Instant:
     """Return an observation as the ideal pinholes of the rig's cameras see it."""
     seen = [
         (None, None) if image is None else ideal_image(camera.name, ideal, image.pixels)
@@ -131,5 +133,5 @@ def capture_of_raw(path: Path, rig: Sequence[MountedCamera], raw: RawInstant) ->
     )
 
 
-def _ideal_depth(ideal: Ideal, depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
+def _ideal_depth(ideal: IdealCamera, depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.ascontiguousarray(ideal.maps().depth(depth_m), dtype=np.float32)

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from servoid.batch import Results, Workers, run_batch
-from servoid.batch.running import Watch
+from servoid.batch.running import ProgressCallback
 from servoid.config.strict import read_toml
 from servoid.errors import StudyError
 from servoid.output import make_folder, write_together, write_whole
@@ -67,7 +67,7 @@ def run_study(
     folder: str | Path,
     *,
     workers: Workers | None = None,
-    watch: Watch | None = None,
+    watch: ProgressCallback | None = None,
 ) -> StudyReport:
     """Run the trials of a study that are not done yet, and write its page, figures and tables.
 

@@ -13,7 +13,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from servoid.batch import Done, Experiment, Work, Workers, run_batch
-from servoid.batch.running import Watch
+from servoid.batch.running import ProgressCallback
 from servoid.errors import StudyError
 from servoid.exchange import is_capture, open_any
 from servoid.model import Request, fit_capture, fit_capture_by_paper
@@ -116,7 +116,7 @@ def model_folder(
     case: CaptureCase,
     *,
     workers: Workers | None = None,
-    watch: Watch | None = None,
+    watch: ProgressCallback | None = None,
 ) -> ModelledFolder:
     """Model each capture in a folder with the settings of `case`, whose own capture is ignored.
 

@@ -32,7 +32,7 @@ class BatchProgress:
     seconds_left: float | None
 
 
-Watch = Callable[[BatchProgress], None]
+ProgressCallback = Callable[[BatchProgress], None]
 _Where = tuple[int, int]  # the index of a work and of a case in it
 
 
@@ -40,7 +40,7 @@ def run_batch(
     works: Sequence[Work],
     folder: str | Path,
     workers: Workers | None = None,
-    watch: Watch | None = None,
+    watch: ProgressCallback | None = None,
 ) -> Results:
     """Run all trials that are not done yet, and write a table for each experiment.
 
@@ -79,7 +79,7 @@ def _run(
     found: dict[_Where, Done | None],
     store: Store,
     workers: Workers,
-    watch: Watch | None,
+    watch: ProgressCallback | None,
 ) -> None:
     """Run the missing trials, store their entries, and add them to `found`."""
     missing = _missing(works, found)

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import typer
 
 from servoid.batch import BatchProgress
-from servoid.batch.running import Watch
+from servoid.batch.running import ProgressCallback
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
 from servoid.words import are, counted
@@ -15,7 +15,7 @@ _MINUTE = 60.0
 
 
 @contextmanager
-def watched_batch(task: str) -> Iterator[Watch]:
+def watched_batch(task: str) -> Iterator[ProgressCallback]:
     """Yield a progress callback and show a bar; on Ctrl-C exit with a message."""
     last: list[BatchProgress] = []
     try:

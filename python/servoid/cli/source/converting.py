@@ -21,7 +21,7 @@ from servoid.source.instants import time_of
 
 _AS_STORED = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 
-Watch = Callable[[int], None]
+CountCallback = Callable[[int], None]
 """A callback that receives the number of observations written so far."""
 
 
@@ -33,7 +33,9 @@ class Converted:
     unread: tuple[str, ...] = ()
 
 
-def convert(capture: Capture, out: Path, watch: Watch, *, is_calibrated: bool = True) -> Converted:
+def convert(
+    capture: Capture, out: Path, watch: CountCallback, *, is_calibrated: bool = True
+) -> Converted:
     """Write a capture as MCAP or into a folder.
 
     JPEG files are copied unchanged. Unless it `is_calibrated`, a folder contains no calibration.

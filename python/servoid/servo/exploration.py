@@ -23,7 +23,7 @@ from servoid.track import Estimate, Follower
 from servoid.words import were
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
-Watch = Callable[[str, float, Instant | None, Command | None], None]
+ExplorationCallback = Callable[[str, float, Instant | None, Command | None], None]
 
 _PATIENCE = 2000  # control periods within which an image must arrive
 
@@ -54,7 +54,7 @@ class Exploration:
         """Return the messages on the looks and on the body."""
         return (*self.notes, *self.result.all_notes)
 
-    def teach(self, tracker: Follower) -> Estimate:
+    def start_tracker(self, tracker: Follower) -> Estimate:
         """Start a tracker with all observations; return the estimate at the modelled pose.
 
         The tracker's estimates for the other looks are less accurate: the body was fitted to all.
@@ -78,7 +78,7 @@ def explore(
     folder: Path,
     settings: LookSettings,
     request: model.Request,
-    watch: Watch | None = None,
+    watch: ExplorationCallback | None = None,
 ) -> Exploration:
     """View an object at rest from several viewpoints, model it, and move the hand back.
 
@@ -120,7 +120,7 @@ class _Progress:
     source: Source
     controller: Controller
     settings: LookSettings
-    report: Watch
+    report: ExplorationCallback
     visited: int = field(default=0, init=False)
     late: int = field(default=0, init=False)
 

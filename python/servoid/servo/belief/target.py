@@ -142,7 +142,7 @@ class TargetFilter:
         if elapsed <= 0.0:
             return GateResult.OUTDATED
         expected = self._after(known, min(elapsed, self._settings.horizon_s))
-        seen = UnobservableTurns.of(estimate).left_out(expected, estimate.world_from_object)
+        seen = UnobservableTurns.of(estimate).with_expected(expected, estimate.world_from_object)
         result = self._jumps.gate(expected, seen, elapsed, estimate)
         if result is GateResult.RESTARTED:
             self._start(estimate)
@@ -199,7 +199,7 @@ class TargetFilter:
         self._begun = begun = None if begun is None else replace(begun, doubt=doubt)
         if begun is not None:
             # Otherwise the hand would move around a plain bottle that is found at another angle.
-            seen = turns.left_out(begun.was, seen)
+            seen = turns.with_expected(begun.was, seen)
         self._time_s, self._pose, self._odd = estimate.time_s, seen, False
         self._turn_off = None
         noises, hidden = self._noise(estimate)
@@ -220,7 +220,9 @@ class TargetFilter:
         known.turn.advance(elapsed, noises[1])
         self._settle(known)
         turns = UnobservableTurns.of(estimate)
-        change = change_between(self._pose, turns.left_out(self._pose, estimate.world_from_object))
+        change = change_between(
+            self._pose, turns.with_expected(self._pose, estimate.world_from_object)
+        )
         odd = known.correct(change, noises, turns, self._settings.nis_gate)
         known.turn.inflate(_OPEN_WANDER * _OPEN_WANDER * elapsed * turns.spread)
         self._settle(known)

@@ -65,7 +65,7 @@ class UnobservableTurns:
         apart = squares > _APART * _APART
         return cls(axes[:, apart], axes[:, ~apart])
 
-    def left_out(self, expected: Pose, seen: Pose) -> Pose:
+    def with_expected(self, expected: Pose, seen: Pose) -> Pose:
         """Return the estimated pose, with the expected rotation about the unobservable axes."""
         if self.axes.shape[1] == 0:
             return seen

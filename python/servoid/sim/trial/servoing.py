@@ -79,7 +79,7 @@ class ServoTrial:
         return self.tracker.appearance() if isinstance(self.tracker, Rememberer) else None
 
 
-Watch = Callable[[TrialStep], None]
+TrialCallback = Callable[[TrialStep], None]
 
 
 def run_servo_trial(
@@ -88,7 +88,7 @@ def run_servo_trial(
     *,
     path: ObjectPath | None = None,
     prepared: Callable[[World], None] | None = None,
-    watch: Watch | None = None,
+    watch: TrialCallback | None = None,
 ) -> ServoTrial:
     """Explore the object of a simulated world, model it, and servo to it for the set duration.
 
@@ -127,7 +127,7 @@ def _explored(
     settings: TrialSettings,
     folder: Path,
     mark: Callable[[Instant], Masks],
-    report: Watch,
+    report: TrialCallback,
 ) -> tuple[Exploration, Pose]:
     """Explore the object, and move the hand to the start of servoing; return also its goal.
 
@@ -165,7 +165,7 @@ def _guide(world: World, settings: TrialSettings) -> Controller:
     return Controller(world.arm, replace(settings.servo, joints=joints))
 
 
-def _follow(trial: ServoTrial, controller: Controller, goal: Goal, report: Watch) -> None:
+def _follow(trial: ServoTrial, controller: Controller, goal: Goal, report: TrialCallback) -> None:
     """Servo for the seconds of the run, keep the log, and bring the arm to rest."""
     world, seconds = trial.world, trial.settings.run.seconds
     world.start_path()
@@ -279,7 +279,7 @@ def _start_tracker(
     track = settings.track
     tracker = track.method.maker(world.cameras, exploration.body, track.options())
     # Unobservable rotations stay as they were when the object was modelled.
-    controller.see(None, exploration.teach(tracker))
+    controller.see(None, exploration.start_tracker(tracker))
     needed = settings.servo.safety.resume_after + 1
     found = 0
     for _ in range(needed + _SPARE):

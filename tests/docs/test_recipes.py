@@ -1,4 +1,4 @@
-"""The recipes of CONTRIBUTING.md, followed by toys, and the files to open first."""
+"""The recipes of CONTRIBUTING.md: names, toys that follow some, and the files to open first."""
 
 import os
 import re

@@ -106,6 +106,36 @@ def test_depths_that_mean_nothing_are_as_good_as_none(capture: Capture, fill: fl
     assert np.array_equal(*found)
 
 
+@pytest.mark.parametrize("shown", ["noise", "a wall behind it", "centimetres"])
+def test_depths_that_do_not_show_the_object_are_noticed_and_as_good_as_none(
+    capture: Capture, shown: str
+) -> None:
+    seen = instants(capture)
+    step = next(iter(follow(capture)))
+    pose, (one,) = step.tracked[0].estimate.world_from_object, step.objects
+    rng = np.random.default_rng(0)
+    strange = {
+        "noise": lambda depth: rng.uniform(0.3, 1.0, depth.shape).astype(np.float32),
+        "a wall behind it": lambda depth: np.full_like(depth, pose.translation[2] + 0.1),
+        "centimetres": lambda depth: depth * np.float32(100.0),
+    }[shown]
+    found = []
+    for change in (None, strange):
+        tracker, poses, notices = Tracker(cameras_of(capture), one.body), [], []
+        for each in seen:
+            depths = None if change is None else [change(depth) for depth in each.depths]
+            given = (each.time_s, each.world_from_camera, each.images)
+            if poses:
+                estimate = tracker.step(*given, depths)
+            else:
+                estimate = tracker.start(*given, pose, depths=depths)
+            poses.append(estimate.world_from_object.matrix())
+            notices += estimate.notices
+        found.append(np.array(poses))
+        assert any("the depth image does not show" in one for one in notices) == bool(change)
+    assert np.array_equal(*found)
+
+
 def test_columns_in_memory_one_after_another_say_the_same_as_rows(capture: Capture) -> None:
     first, second, *_ = instants(capture)
     step = next(iter(follow(capture)))

@@ -59,6 +59,7 @@ impl Tracker {
         }
         self.open_windows(observation, &world_from_object, START_MARGIN);
         self.keep_masked(observation, &world_from_object, masks);
+        self.compare_depths(observation, &world_from_object);
         self.points_in_view(&world_from_object);
         if self.settings.surface {
             let all = DetectionPlan { from: 0, cells: usize::MAX, tries: usize::MAX, masks };

@@ -59,6 +59,12 @@ pub enum Notice {
         /// (width, height) of the depth image.
         given: [usize; 2],
     },
+    /// The depth images of a camera do not show the surface of the object.
+    #[error(
+        "camera {0}: the depth image does not show the object where it is, and is not used: is it of \
+         another camera, or in another unit?"
+    )]
+    StrangeDepth(usize),
     /// An image is black, white or of a single colour where the object should be.
     #[error("camera {0}: the image shows nothing where the object should be")]
     Blank(usize),

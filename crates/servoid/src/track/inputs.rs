@@ -1,4 +1,5 @@
 use super::frame::Frame;
+use super::frame::depth_checks::DepthRecord;
 use super::frame::rangefinder::Rangefinder;
 use super::frame::window::Window;
 use super::settings::TrackSettings;
@@ -21,6 +22,7 @@ pub(super) struct Inputs<'a> {
     pub(super) windows: &'a [Window],
     pub(super) images: &'a [Option<ImageView<'a>>],
     depths: &'a [Option<DepthView<'a>>],
+    depth_records: &'a [DepthRecord],
     pub(super) solid: &'a Solid,
     pub(super) points: &'a Points,
     pub(super) ranges: &'a Ranges,
@@ -48,6 +50,7 @@ impl<'a> Inputs<'a> {
             windows: &frame.windows,
             images: &observation.images,
             depths: &observation.depths,
+            depth_records: &frame.depth_records,
             solid: &target.solid,
             points: &target.points,
             ranges: &target.ranges,
@@ -62,8 +65,13 @@ impl<'a> Inputs<'a> {
     }
 
     /// Returns a camera's depth image, with the object at a pose, if the camera's image can be used
-    /// and has the same pixels.
+    /// and has the same pixels, and its depth images agree with the body.
     pub(super) fn rangefinder(&self, camera: usize, pose: &Pose) -> Option<Rangefinder<'a>> {
+        self.any_rangefinder(camera, pose).filter(|_| self.depth_records[camera].is_believed())
+    }
+
+    /// Returns it whether its depth images agree or not.
+    pub(super) fn any_rangefinder(&self, camera: usize, pose: &Pose) -> Option<Rangefinder<'a>> {
         let depth = self.depths.get(camera)?.as_ref()?;
         let image = self.images[camera].filter(|_| self.windows[camera].is_open())?;
         let projection = self.windows[camera].projection(pose)?;

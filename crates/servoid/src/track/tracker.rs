@@ -149,6 +149,7 @@ impl Tracker {
         self.accept_or_miss(observation.time_s, &expected, &hypothesis, least);
         self.note_newest(observation);
         if self.status == Status::Tracking {
+            self.compare_depths(observation, &hypothesis.pose);
             self.workspace.occlusion.remember();
         } else {
             self.workspace.occlusion.forget();

@@ -1,5 +1,6 @@
 //! What the cameras see at one instant.
 
+pub(super) mod depth_checks;
 pub(super) mod input_checks;
 pub(super) mod occlusion;
 pub(super) mod rangefinder;
@@ -7,6 +8,7 @@ pub(super) mod window;
 
 use nalgebra::Vector3;
 
+use self::depth_checks::DepthRecord;
 use self::input_checks::InputChecks;
 use self::window::Window;
 use super::TrackError;
@@ -25,6 +27,8 @@ pub(super) struct Frame {
     pub(super) notices: Vec<Notice>,
     /// Whether the object moves so fast that its image may be blurred.
     pub(super) is_blurred: bool,
+    /// How far the depth images of each camera agree with the body.
+    pub(super) depth_records: Vec<DepthRecord>,
     input_checks: InputChecks,
 }
 
@@ -35,6 +39,7 @@ impl Frame {
             windows: vec![Window::default(); cameras.len()],
             notices: Vec::new(),
             is_blurred: false,
+            depth_records: vec![DepthRecord::default(); cameras.len()],
             input_checks: InputChecks::new(cameras.len()),
         }
     }

@@ -8,6 +8,7 @@ use nalgebra::Vector2;
 
 use self::detect::{DetectionPlan, detect};
 use self::templates::{TEMPLATES_APART, templates};
+use super::estimate::Notice;
 use super::inputs::Inputs;
 use super::pose::hypothesis::Hypothesis;
 use super::pose::uncertainty::uncertainty;
@@ -93,6 +94,22 @@ impl Tracker {
                 feature.add_template(template);
             }
         }
+    }
+
+    /// Compares the depth images with the body at a pose; those that do not show it are not used.
+    pub(super) fn compare_depths(&mut self, observation: &Observation<'_>, pose: &Pose) {
+        let mut records = std::mem::take(&mut self.frame.depth_records);
+        let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
+        let mut strange = Vec::new();
+        for (camera, record) in records.iter_mut().enumerate() {
+            let Some(seen) = inputs.any_rangefinder(camera, pose) else { continue };
+            record.compare(&seen, inputs.windows[camera].place_px(), inputs.solid);
+            if !record.is_believed() {
+                strange.push(Notice::StrangeDepth(camera));
+            }
+        }
+        self.frame.depth_records = records;
+        self.frame.notices.extend(strange);
     }
 
     /// Adds surface positions measured by depth images, inside the masks if there are any.

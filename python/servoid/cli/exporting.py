@@ -6,6 +6,7 @@ from typing import Any
 
 import typer
 
+from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.wrong_options import of_options
 from servoid.exchange.export import check_export, check_options, export_body, format_of
 from servoid.shape import load_body
@@ -39,6 +40,7 @@ def run_export(request: Request) -> None:
     with of_options():
         format_ = request.format or format_of(request.out)
         check_options(request.out, format_, **given)
+    check_inputs_kept([("--out", request.out)], None, [request.body])
     check_export(request.out, format_)
     file = load_body(request.body)
     done = export_body(file, request.out, format_, **given)

@@ -31,12 +31,12 @@ def check_held(paths: Iterable[Path], folder: Path, place: str) -> None:
         CaptureError: a link leads out of the folder.
 
     """
-    home = _followed(folder)
+    home = followed(folder)
     within: dict[Path, Path] = {}  # a folder has many files
     for path in paths:
         if path.parent not in within:
-            within[path.parent] = _followed(path.parent)
-        target = _followed(path) if _is_link(path) else within[path.parent] / path.name
+            within[path.parent] = followed(path.parent)
+        target = followed(path) if _is_link(path) else within[path.parent] / path.name
         if not target.is_relative_to(home):
             raise CaptureError(
                 f"{place}: a link leads from {path} to {target}, out of the capture's folder "
@@ -50,6 +50,16 @@ def is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):  # too long, for instance
         return False
+
+
+def is_same(path: Path, other: Path) -> bool:
+    """Return whether two paths lead to the same file or folder, which need not exist."""
+    try:
+        if path.exists() and other.exists():
+            return path.samefile(other)
+    except (OSError, ValueError):  # no file can have one of the names
+        return False
+    return followed(path) == followed(other)
 
 
 def is_folder(path: Path) -> bool:
@@ -67,7 +77,7 @@ def _is_link(path: Path) -> bool:
         return False
 
 
-def _followed(path: Path) -> Path:
+def followed(path: Path) -> Path:
     """Resolve the links of a path; a loop resolves to itself, which cannot be read."""
     try:
         return path.resolve()

@@ -6,6 +6,7 @@ from servoid.opening.calibration_doubt import doubt_calibration
 from servoid.opening.filmed import Filmed, open_filmed
 from servoid.opening.given_calibration import GivenCalibration, Rig, any_cameras
 from servoid.opening.live import OpenedLive, open_live
+from servoid.opening.own_files import belongs_to_source
 from servoid.opening.recorded import Opened, count_uncalibrated_cameras, open_recorded
 from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
 from servoid.renamed import refuse_old_names
@@ -20,6 +21,7 @@ __all__ = [
     "Rig",
     "SourceWord",
     "any_cameras",
+    "belongs_to_source",
     "count_uncalibrated_cameras",
     "doubt_calibration",
     "open_filmed",

@@ -21,8 +21,8 @@ _JOINED = "+"
 _HALVES = "side-by-side:"
 _PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
 _DEVICES = "/dev/"
-_BAG_SUFFIXES = (".mcap", ".bag", ".db3")
-_BAG_FOLDER = "metadata.yaml"
+BAG_SUFFIXES = (".mcap", ".bag", ".db3")
+BAG_FOLDER = "metadata.yaml"
 IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".ppm", ".pgm")
 _WILD = re.compile(r"[*?\[]")
 _DEVICE_KEY = re.compile(r"^\s*device\s*=", re.MULTILINE)
@@ -60,7 +60,7 @@ class Kind(Enum):
 _HALVED = (Kind.VIDEO, Kind.IMAGES, Kind.CAMERA, Kind.STREAM, Kind.GENICAM)
 _LIVE = (Kind.CAMERA, Kind.STREAM, Kind.REALSENSE, Kind.GENICAM, Kind.SIM, Kind.RIG)
 _SUFFIXES = {
-    Kind.BAG: _BAG_SUFFIXES,
+    Kind.BAG: BAG_SUFFIXES,
     Kind.VIDEO: VIDEO_SUFFIXES,
     Kind.IMAGES: IMAGE_SUFFIXES,
 }
@@ -165,7 +165,7 @@ def _kind_of(path: Path) -> Kind:
     """Determine from names what a file or folder contains; the default is a capture."""
     if path.is_dir():
         names = {one.name for one in path.iterdir()}
-        if _BAG_FOLDER in names and any(_ends(name, _BAG_SUFFIXES) for name in names):
+        if BAG_FOLDER in names and any(_ends(name, BAG_SUFFIXES) for name in names):
             return Kind.BAG
         if _images(path.iterdir()) and not is_capture(path):
             return Kind.IMAGES

@@ -9,6 +9,7 @@ from pathlib import Path
 from servoid._native import ModelSettings, PaperSettings
 from servoid.cli.doubting import settled
 from servoid.cli.model.summary import print_summary
+from servoid.cli.overwriting import check_inputs_kept, files_of
 from servoid.cli.progress import progress_bar
 from servoid.cli.scan.filming import (
     Scale,
@@ -77,6 +78,11 @@ def run_model(order: Order) -> None:
     with of_options():
         targets = [parse_target(text) for text in order.targets]
         _check_settings(order)
+    check_inputs_kept(
+        [("--out", order.out), ("--report", order.report)],
+        parse_source(order.source),
+        [*files_of(targets), order.known.calibration],
+    )
     filmed = needs_scan(order.source, order.known, order.scale, order.topics)
     write_report = _report_writer() if order.report is not None else None
     scanned_s, source = 0.0, order.source

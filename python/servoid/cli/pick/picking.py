@@ -11,6 +11,7 @@ import cv2
 import typer
 
 from servoid.capture import CaptureView
+from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import OutputError, TargetError
 from servoid.opening import (
@@ -50,6 +51,7 @@ def run_pick(order: Order) -> None:
         if order.mask.suffix.lower() != ".png":
             raise OptionError(f"cannot write {order.mask}: the file of a mask ends in .png")
         check_file(order.mask)
+        check_inputs_kept([("--mask", order.mask)], parse_source(order.source))
     with PickServer(_question(order), order.port) as server:
         typer.echo(f"Mark the object at {server.address}", err=True)
         if order.browser and _has_desktop():

@@ -9,6 +9,7 @@ from pathlib import Path
 import typer
 
 from servoid.cli.extras import check_extras
+from servoid.cli.overwriting import check_inputs_outside
 from servoid.cli.progress import progress_bar
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.opening import GivenCalibration, open_filmed, parse_source
@@ -52,7 +53,9 @@ def scanned(order: ScanOrder) -> Scan:
     from servoid.view.scan.scan_report import scan_page
 
     base = _request(order)
-    filmed = open_filmed(parse_source(order.source), order.known, topics=order.topics)
+    word = parse_source(order.source)
+    check_inputs_outside(("--out", order.out), [*word.places, order.masks])
+    filmed = open_filmed(word, order.known, topics=order.topics)
     with progress_bar("scanning") as update:
         request = replace(
             base,

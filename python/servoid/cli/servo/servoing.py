@@ -9,6 +9,7 @@ import numpy as np
 import typer
 
 from servoid.cli.interrupting import INTERRUPTED
+from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.progress import progress_bar
 from servoid.cli.servo.servo_order import RECORDED, Order
 from servoid.cli.servo.servo_summary import print_servo_summary
@@ -37,6 +38,9 @@ from servoid.view import ServoPictures, draw_servo_plots, write_report, write_se
 _OVERVIEW_PX = (960, 720)
 _FILM_HZ = 15.0
 _RECORDING = "run.mcap"
+_FILM = "servo.mp4"
+_TABLES = ("log.csv", "times.csv", "run.toml", "body.json", "summary.json")
+_NAMES = (*_TABLES, _FILM, _RECORDING)
 
 
 def run_servo(order: Order) -> None:
@@ -48,6 +52,7 @@ def run_servo(order: Order) -> None:
         )
     settings = order.settings()
     path = _recorded(settings)
+    check_inputs_kept([("--out", order.out / name) for name in _NAMES], None, _inputs(order))
     check_folder(order.out, parents=True)
     stopped = False
     with ExitStack() as stack, progress_bar("servo run") as update:
@@ -99,7 +104,7 @@ class _Run:
             rate = world.settings.cameras.rate_hz
             self._video = stack.enter_context(
                 ServoVideo(
-                    self._folder / "servo.mp4",
+                    self._folder / _FILM,
                     world.cameras,
                     world.camera_names,
                     rate / self._every(world),
@@ -169,6 +174,13 @@ def _recorded(settings: TrialSettings) -> ObjectPath | None:
     )
 
 
+def _inputs(order: Order) -> list[Path | None]:
+    """Return the files that the options name."""
+    path = str(order.values.get("world.object.path", ""))
+    recorded = Path(path.removeprefix(RECORDED)) if path.startswith(RECORDED) else None
+    return [order.config, recorded]
+
+
 def _report(folder: Path, trial: ServoTrial, order: Order) -> None:
     """Write all files of a run that has ended, and print its summary."""
     log, settings = trial.log, trial.settings
@@ -197,6 +209,6 @@ def _report(folder: Path, trial: ServoTrial, order: Order) -> None:
     if order.mcap:
         files["recording"] = folder / _RECORDING
     if order.video:
-        files["video"] = folder / "servo.mp4"
+        files["video"] = folder / _FILM
     files["report"] = page
     print_servo_summary(trial, metrics, files)

@@ -8,6 +8,7 @@ from pathlib import Path
 import typer
 
 from servoid.cli.interrupting import INTERRUPTED
+from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.progress import progress_bar
 from servoid.cli.source.converting import convert
 from servoid.cli.source.footage import LiveFootage
@@ -54,6 +55,7 @@ class Order:
 def run_record(order: Order) -> None:
     """Record until the end or Ctrl-C, move the recording to its path, and print a summary."""
     word = parse_source(order.source)
+    check_inputs_kept([("--out", order.out)], word, [order.known.calibration])
     if word.is_live:
         _check_live(order, word)
     else:

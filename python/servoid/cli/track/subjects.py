@@ -79,11 +79,20 @@ def _split(text: str) -> tuple[str | None, str]:
     return (tagged[1], tagged[2]) if tagged else (None, text)
 
 
+def body_path(text: str) -> Path:
+    """Return the file that a `--body` names."""
+    return Path(_split_body(text)[1])
+
+
+def _split_body(text: str) -> tuple[str | None, str]:
+    # An existing file whose name contains = is a file.
+    return (None, text) if Path(text).is_file() else _split(text)
+
+
 def _read_bodies(texts: Sequence[str]) -> dict[str, BodyFile]:
     files: dict[str, BodyFile] = {}
     for text in texts:
-        # An existing file whose name contains = is a file.
-        name, place = (None, text) if Path(text).is_file() else _split(text)
+        name, place = _split_body(text)
         name = name or Path(place).stem
         if name in files:
             raise OptionError(

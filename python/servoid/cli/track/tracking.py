@@ -10,10 +10,11 @@ import typer
 from servoid.capture import Capture
 from servoid.cli.doubting import settled
 from servoid.cli.interrupting import INTERRUPTED
+from servoid.cli.overwriting import Output, check_inputs_kept, files_of
 from servoid.cli.progress import progress_bar
 from servoid.cli.source.footage import Draw, Footage, LiveFootage, open_footage
 from servoid.cli.source.recorders import check_recorder
-from servoid.cli.track.subjects import read_subjects
+from servoid.cli.track.subjects import body_path, read_subjects
 from servoid.cli.track.track_reporting import Reports, check_reports
 from servoid.cli.track.track_summary import print_track_summary
 from servoid.cli.values import Method
@@ -82,6 +83,7 @@ def run_track(order: Order) -> None:
     subjects = read_subjects(order.bodies, order.targets, order.starts)
     _check_outputs(order, subjects)
     word = parse_source(order.source)
+    _check_inputs_kept(order, subjects, word)
     order = replace(order, source=word.text)  # without a password
     _check_source(order, word)
     with open_footage(
@@ -213,6 +215,27 @@ def _check_outputs(order: Order, subjects: list[Subject]) -> None:
         check_mcap(order.mcap)
     if order.record is not None:
         check_recorder(order.record)
+
+
+def _check_inputs_kept(order: Order, subjects: list[Subject], word: SourceWord) -> None:
+    """Check that no output is a file of the source, or a body, mask or calibration that is read.
+
+    Raises:
+        OptionError: one is.
+
+    """
+    named = {"--out": order.out, "--save-body": order.save_body, "--smooth": order.smooth}
+    outputs: list[Output] = [
+        (option, place_of(path, subject.name, len(subjects)))
+        for option, path in named.items()
+        for subject in subjects
+        if path is not None
+    ]
+    outputs += [("--report", folder) for folder in _report_folders(order, subjects)]
+    outputs += [("--video", order.video), ("--mcap", order.mcap), ("--record", order.record)]
+    targets = (target for subject in subjects for target in subject.targets)
+    inputs = [*map(body_path, order.bodies), *files_of(targets), order.known.calibration]
+    check_inputs_kept(outputs, word, inputs)
 
 
 def _report_folders(order: Order, subjects: list[Subject]) -> list[Path]:

@@ -1,0 +1,59 @@
+"""Refuses outputs that a command would write over its own inputs."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from servoid.cli.wrong_options import OptionError
+from servoid.config.places import followed, is_same
+from servoid.opening import SourceWord, belongs_to_source
+from servoid.segment import BackgroundTarget, MaskTarget, Target
+
+Output = tuple[str, Path | None]
+"""An option, such as --out, and where it writes."""
+
+
+def check_inputs_kept(
+    outputs: Iterable[Output], source: SourceWord | None, inputs: Iterable[Path | None] = ()
+) -> None:
+    """Check that no output is an input of the same command, or is linked to one.
+
+    Raises:
+        OptionError: one is.
+
+    """
+    files = [path for path in inputs if path is not None]
+    for option, path in outputs:
+        if path is None:
+            continue
+        if source is not None and belongs_to_source(path, source):
+            raise _refusal(option, path, f"belongs to {source}")
+        for file in files:
+            if is_same(path, file):
+                raise _refusal(option, path, f"is {file}" if path != file else "is an input")
+
+
+def check_inputs_outside(output: Output, inputs: Iterable[Path | None]) -> None:
+    """Check that a folder that is replaced as a whole holds no input of the same command.
+
+    Raises:
+        OptionError: it does.
+
+    """
+    option, folder = output
+    if folder is None:
+        return
+    for path in inputs:
+        if path is not None and followed(path).is_relative_to(followed(folder)):
+            raise _refusal(option, folder, "is replaced as a whole")
+
+
+def files_of(targets: Iterable[Target]) -> list[Path]:
+    """Return the files that targets are read from."""
+    return [target.path for target in targets if isinstance(target, (MaskTarget, BackgroundTarget))]
+
+
+def _refusal(option: str, path: Path, why: str) -> OptionError:
+    return OptionError(
+        f"{option} would write over what this command reads: {path} {why}; give {option} another "
+        "path"
+    )

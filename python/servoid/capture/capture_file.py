@@ -11,6 +11,7 @@ import numpy as np
 from servoid._native import Camera, Lens, Pose
 from servoid.camera.lenses import make_lens
 from servoid.config.limits import MOST_CAMERAS, POSES_FILE
+from servoid.config.places import name_fault
 from servoid.config.reading import read_text, read_toml_text
 from servoid.config.strict import check_version, convert, line_of
 from servoid.errors import CameraError, CaptureError, located
@@ -112,6 +113,7 @@ def read_capture_file(
     if not file.is_uncalibrated:
         raise CaptureError(f"{path} has its own calibration; leave the given calibration out")
     names = [entry.name for entry in file.camera]
+    _check_names(path, names)
     return file, tuple(supplier(names, [entry.size_px for entry in file.camera]))
 
 
@@ -132,7 +134,8 @@ def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple
     """Return the calibrations in the [[camera]] tables of a file whose content is `text`.
 
     Raises:
-        CaptureError: two cameras share a name, there are too many, or a calibration is incomplete.
+        CaptureError: two cameras share a name, or one has a name that cannot be; there are too
+            many, or a calibration is incomplete.
         CameraError: a camera cannot exist, or its model is unknown.
         PoseError: a `rig_from_camera` is not a rigid motion.
 
@@ -141,10 +144,7 @@ def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple
         raise CaptureError(
             f"{path} names {len(entries)} cameras; at most {MOST_CAMERAS} are allowed"
         )
-    names = [entry.name for entry in entries]
-    for name in names:
-        if names.count(name) > 1:
-            raise CaptureError(f"{path}: two cameras are named '{name}'; give each its own name")
+    _check_names(path, [entry.name for entry in entries])
     mounted = []
     for index, entry in enumerate(entries):
         place = f"{path}, camera '{entry.name}'"
@@ -155,6 +155,15 @@ def mounted_lenses(path: Path, entries: Sequence[LensEntry], text: str) -> tuple
             )
         mounted.append(_read_lens(entry, place, line_of(text, "rig_from_camera", index)))
     return tuple(mounted)
+
+
+def _check_names(path: Path, names: Sequence[str]) -> None:
+    for name in names:
+        fault = name_fault(name)
+        if fault is not None:
+            raise CaptureError(f"{path}: {fault}")
+        if names.count(name) > 1:
+            raise CaptureError(f"{path}: two cameras are named '{name}'; give each its own name")
 
 
 def _read_lens(entry: LensEntry, place: str, pose_line: int | None) -> MountedLens:

@@ -5,6 +5,9 @@ from pathlib import Path, PureWindowsPath
 
 from servoid.errors import CaptureError
 
+_LONGEST_NAME = 100  # bytes; file systems take 255, and names of files are made of these
+_SHOWN_NAME = 40  # characters in a message
+
 
 def check_inside(name: str, place: str) -> None:
     """Check that a path or pattern in a file stays inside the capture's folder.
@@ -22,6 +25,31 @@ def check_inside(name: str, place: str) -> None:
             f"{place}: '{name}' leaves the capture's folder; write it relative to that folder, "
             "without '..'"
         )
+
+
+def name_fault(name: str) -> str | None:
+    """Return why a camera cannot have a name, which also names the folder of its images, or None.
+
+    The reason names what is allowed.
+    """
+    if "/" in name or "\\" in name:
+        reason = "it has a slash"
+    elif name.startswith("."):
+        reason = "it begins with a dot"
+    elif not name.isprintable():
+        reason = "it has a character that cannot be printed"
+    elif len(name.encode("utf-8", "surrogatepass")) > _LONGEST_NAME:
+        reason = "it is too long"
+    elif not name.strip():
+        reason = "it is empty"
+    else:
+        return None
+    shown = name if len(name) <= _SHOWN_NAME else f"{name[:_SHOWN_NAME]}..."
+    return (
+        f"a camera cannot be named {shown!r}, because {reason}; name it with letters, digits, "
+        f"spaces and signs other than slashes, at most {_LONGEST_NAME} bytes in UTF-8 and no dot "
+        "in front, such as 'left'"
+    )
 
 
 def check_held(paths: Iterable[Path], folder: Path, place: str) -> None:

@@ -1,6 +1,7 @@
 """Records a live source as a capture whose replay is bit-identical."""
 
 import csv
+import glob
 import io
 import json
 import secrets
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from servoid.config.places import name_fault
 from servoid.errors import OutputError
 from servoid.output import check_folder, make_folder, write_whole
 from servoid.pose import Pose
@@ -19,6 +21,7 @@ from servoid.source import MountedCamera, RawImage, RawInstant
 
 MARK = "# recorded by servoid"
 IMAGES_HEADER = ("observation", "camera", "file", "time_s", "number")
+_TABLES = ("capture.toml", "images.csv", "poses.csv")
 _POSES_HEADER = "time_s,x,y,z,qw,qx,qy,qz"
 _PNG_EFFORT = 1  # lowest compression: images must be written as fast as they come
 
@@ -44,12 +47,14 @@ class FolderRecorder:
         Unless the rig `is_calibrated`, only the image sizes of its lenses are written.
 
         Raises:
-            OutputError: the folder is not empty, or cannot be made.
+            OutputError: the folder is not empty, or cannot be made, or a camera's name is none of
+                a folder.
 
         """
         self._folder, self._rig = Path(folder), tuple(rig)
         self._began, self._is_calibrated = began, is_calibrated
         check_recording(self._folder)
+        _check_names(self._folder, [camera.name for camera in self._rig])
         self._times_s: list[float] = []
         self._poses: list[Pose] = []
         self._rows: list[tuple[str | int, ...]] = []
@@ -195,6 +200,27 @@ def check_recording(folder: Path) -> None:
         )
 
 
+def _check_names(folder: Path, names: Sequence[str]) -> None:
+    """Check that each camera gets folders of its own inside the recording.
+
+    Raises:
+        OutputError: a name leads elsewhere, or to the files of another camera.
+
+    """
+    taken = set(_TABLES)
+    for name in names:
+        fault = name_fault(name)
+        if fault is not None:
+            raise OutputError(f"cannot record into {folder}: {fault}")
+        folders = {name, _depths(name)}
+        if taken & folders:
+            raise OutputError(
+                f"cannot record into {folder}: the files of camera '{name}' would be mixed with "
+                "others; give it another name"
+            )
+        taken |= folders
+
+
 def _row(time_s: float, pose: Pose) -> str:
     return ",".join(repr(float(one)) for one in (time_s, *pose.translation, *pose.quaternion))
 
@@ -226,7 +252,7 @@ def _table(camera: MountedCamera, is_calibrated: bool, *, has_depth: bool) -> st
     lines = [
         "[[camera]]",
         f"name = {json.dumps(camera.name)}",
-        f"images = {json.dumps(f'{camera.name}/*')}",
+        f"images = {json.dumps(f'{glob.escape(camera.name)}/*')}",
         f"size_px = {list(lens.size_px)}",
     ]
     if is_calibrated:
@@ -240,5 +266,8 @@ def _table(camera: MountedCamera, is_calibrated: bool, *, has_depth: bool) -> st
     else:
         lines.append("# not calibrated: focal_px or fov_deg, and rig_from_camera, are to be added")
     if has_depth:
-        lines += [f"depths = {json.dumps(f'{_depths(camera.name)}/*.npy')}", "depth_scale_m = 1.0"]
+        lines += [
+            f"depths = {json.dumps(f'{_depths(glob.escape(camera.name))}/*.npy')}",
+            "depth_scale_m = 1.0",
+        ]
     return "\n".join(lines) + "\n"

@@ -10,6 +10,7 @@ import numpy as np
 
 from servoid._native import Pose
 from servoid.capture.capture_file import LensEntry, Row, Version, mounted_lenses, read_versioned
+from servoid.config.places import name_fault
 from servoid.errors import CaptureError, located
 from servoid.source.controls import Controls
 from servoid.source.grabbing import Video
@@ -78,6 +79,9 @@ def read_rig(path: str | Path) -> tuple[LiveCamera, ...]:
 
 
 def _check(path: Path, file: _RigFile) -> None:
+    for fault in (name_fault(entry.name) for entry in file.pair):
+        if fault is not None:
+            raise CaptureError(f"{path}: {fault}")
     count = len(file.camera) + len(file.pair)
     if count == 0:
         raise CaptureError(

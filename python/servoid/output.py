@@ -2,6 +2,7 @@
 
 import os
 import secrets
+import stat
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -10,15 +11,23 @@ from pathlib import Path
 
 from servoid.errors import OutputError
 
+_NO_FILES = {
+    "a device": lambda mode: stat.S_ISCHR(mode) or stat.S_ISBLK(mode),
+    "a pipe": stat.S_ISFIFO,
+    "a socket": stat.S_ISSOCK,
+}
+
 
 def write_whole(path: Path, data: bytes) -> None:
     """Write `data` to `path` atomically, so that no partial file ever exists there.
 
     Raises:
-        OutputError: the file cannot be written; the previous file at `path` is unchanged.
+        OutputError: the file cannot be written, or `path` is a device, a pipe or a socket; what
+            was at `path` is unchanged.
 
     """
     target = path.resolve()  # a link keeps pointing to the file, which is replaced
+    _check_replaced(target, path)
     partial = _beside(target)
     try:
         with partial.open("xb") as file:
@@ -63,10 +72,11 @@ def written_beside(path: Path) -> Iterator[Path]:
     raises, nothing is left behind and the previous file at `path` is unchanged.
 
     Raises:
-        OutputError: the file cannot be moved to `path`.
+        OutputError: the file cannot be moved to `path`, or `path` is a device, a pipe or a socket.
 
     """
     target = path.resolve()
+    _check_replaced(target, path)
     partial = _beside(target).with_suffix(target.suffix)
     try:
         yield partial
@@ -145,12 +155,15 @@ def check_file(path: Path) -> None:
     """Check that `write_whole(path, ...)` can work, and leave nothing behind.
 
     Raises:
-        OutputError: `path` is a folder, its folder is missing, or nothing can be written there.
+        OutputError: `path` is a folder, a device, a pipe or a socket, its folder is missing, or
+            nothing can be written there.
 
     """
     if path.is_dir():
         raise OutputError(f"cannot write {path}: it is a folder; name a file in it")
-    _check_writable(path.resolve().parent, named=path)
+    target = path.resolve()
+    _check_replaced(target, path)
+    _check_writable(target.parent, named=path)
 
 
 def check_folder(path: Path, *, parents: bool = False) -> None:
@@ -190,6 +203,24 @@ def _content(path: Path) -> bytes | None:
         return path.read_bytes() if path.exists() else None
     except OSError as error:
         raise OutputError(f"cannot replace {path}: {_reason(error)}") from error
+
+
+def _check_replaced(target: Path, named: Path) -> None:
+    """Check that writing to `target`, where links end, replaces nothing but a file.
+
+    Moving a file to it would delete a device or a pipe, and what reads from it would wait forever.
+    """
+    try:
+        mode = target.stat().st_mode
+    except OSError:  # nothing is there, or writing to it fails with the reason
+        return
+    for what, is_it in _NO_FILES.items():
+        if is_it(mode):
+            link = "it" if not named.is_symlink() else f"{target}, where its link leads,"
+            raise OutputError(
+                f"cannot write {named}: {link} is {what}, which a file would replace; name a file, "
+                "or a path where nothing is yet"
+            )
 
 
 def _check_writable(folder: Path, named: Path) -> None:

@@ -1,12 +1,16 @@
 """Every output that cannot be written: found before the work, and nothing left behind."""
 
 import os
+import socket
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from refusals import check_refused
 
 from conftest import Command
+from servoid.errors import OutputError
+from servoid.output import check_file, write_whole, written_beside
 
 
 @pytest.mark.parametrize(
@@ -58,3 +62,45 @@ def test_a_folder_that_is_read_only_is_refused(
     check_refused(
         servoid_command, tmp_path, "permission denied", "model", drawn_capture, *arguments
     )
+
+
+@pytest.fixture(params=["pipe", "socket", "link to a pipe", "link to a device"])
+def no_file(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Path]:
+    """Make something that is no file and has the name of a body."""
+    path, pipe = tmp_path / "body.json", tmp_path / "pipe"
+    with socket.socket(socket.AF_UNIX) as server:
+        if request.param == "socket":
+            server.bind(os.path.relpath(path))  # the path of a socket is limited to 108 bytes
+        elif request.param == "pipe":
+            os.mkfifo(path)
+        else:
+            os.mkfifo(pipe)
+            path.symlink_to(pipe if request.param == "link to a pipe" else "/dev/null")
+        yield path
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_what_is_no_file_is_never_replaced_by_one(no_file: Path) -> None:
+    before = no_file.stat()
+    message = r"cannot write .*body\.json: .* is a (device|pipe|socket), which a file would replace"
+    with pytest.raises(OutputError, match=message):
+        check_file(no_file)
+    with pytest.raises(OutputError, match=message):
+        write_whole(no_file, b"{}")
+    with pytest.raises(OutputError, match=message), written_beside(no_file) as partial:
+        partial.write_bytes(b"{}")
+    after = no_file.stat()
+    assert (after.st_ino, after.st_mode) == (before.st_ino, before.st_mode)
+    assert {path.name for path in no_file.parent.iterdir()} <= {"body.json", "pipe"}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_as_an_output_is_refused_before_the_work(
+    drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    os.mkfifo(tmp_path / "body.json")
+    (drawn_capture / "capture.toml").write_text("would be the error if it were read")
+    check_refused(
+        servoid_command, tmp_path, r"body\.json: it is a pipe, which a file would replace",
+        "model", drawn_capture, "--out", tmp_path / "body.json",
+    )  # fmt: skip

@@ -1,5 +1,6 @@
 """Runs the command line and turns every failure into one line and an exit code."""
 
+import errno
 import logging
 import os
 import signal
@@ -21,6 +22,7 @@ FAILED = 1
 WRONG_OPTION = 2
 BUG = 70  # an internal software error in <sysexits.h>
 
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _SHOW_TRACEBACK = "SERVOID_TRACEBACK"
 _NO_MEMORY = (
     "error: out of memory; end other programs, raise the memory limit of this process, or give "
@@ -61,6 +63,10 @@ def _run(arguments: Sequence[str] | None) -> NoReturn:
         _fail("interrupted; nothing was written", INTERRUPTED)
     except MemoryError:
         _fail(_NO_MEMORY, FAILED)
+    except OSError as error:
+        if _is_of_printing(error):
+            _fail(_unprinted(error), FAILED)
+        _fail(_bug(error), BUG)
     except Exception as error:
         _fail(_bug(error), BUG)
     except BaseException as error:
@@ -69,6 +75,22 @@ def _run(arguments: Sequence[str] | None) -> NoReturn:
             raise
         _fail(_bug(error), BUG)
     sys.exit(0)
+
+
+def _is_of_printing(error: OSError) -> bool:
+    """Return whether the text of a command cannot be written to standard output.
+
+    A file that cannot be written is reported where it is written, as an OutputError.
+    """
+    return error.errno in _NO_ROOM and error.filename is None
+
+
+def _unprinted(error: OSError) -> str:
+    reason = (error.strerror or str(error)).lower()
+    return (
+        f"error: cannot write to standard output: {reason}; make room there, or redirect the "
+        "output to another place"
+    )
 
 
 def _bug(error: BaseException) -> str:

@@ -1,6 +1,9 @@
 """Every verb ends with 2 for its options, 1 for what they name, and 70 for a bug of servoid."""
 
+import errno
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -118,3 +121,33 @@ def test_memory_that_ends_is_no_bug(
     assert (outcome.code, outcome.out) == (1, "")
     assert outcome.err.startswith("error: out of memory; ")
     assert outcome.err.count("\n") == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no device that is full")
+@pytest.mark.parametrize("arguments", [("servo", "--print-config"), ("--help",), ("--version",)])
+def test_text_that_cannot_be_printed_is_no_bug(
+    arguments: tuple[str, ...], servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    full = Path("/dev/full").open("w")  # noqa: SIM115 - closing it fails as printing does
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", full)
+        outcome = servoid_command(*arguments)
+    with suppress(OSError):
+        full.close()
+    assert outcome.code == 1
+    assert outcome.err == (
+        "error: cannot write to standard output: no space left on device; make room there, or "
+        "redirect the output to another place\n"
+    )
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    "error", [OSError(errno.EBADF, "bad"), OSError(errno.ENOSPC, "no space left", "a.csv")]
+)
+def test_other_errors_of_the_system_are_bugs(
+    error: OSError, servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trip("sources", error, monkeypatch)
+    outcome = servoid_command("sources")
+    assert outcome.code == 70 and "this is a bug in servoid" in outcome.err

@@ -198,6 +198,20 @@ def make_folder(path: Path, *, parents: bool = False) -> None:
         raise OutputError(f"cannot make the folder {path}: {_reason(error)}") from error
 
 
+def remove_file(path: Path) -> None:
+    """Remove the file or link at `path`, if there is one.
+
+    Raises:
+        OutputError: it cannot be removed.
+
+    """
+    try:
+        if path.is_symlink() or path.is_file():
+            path.unlink()
+    except OSError as error:
+        raise OutputError(f"cannot remove {path}: {_reason(error)}") from error
+
+
 def _content(path: Path) -> bytes | None:
     try:
         return path.read_bytes() if path.exists() else None

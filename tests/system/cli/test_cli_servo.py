@@ -20,6 +20,7 @@ from bag_writing import reads_with
 from servo_trials import log_rows, small_settings
 
 from servoid.cli.servo import servoing
+from servoid.cli.servo.servo_order import Order
 from servoid.servo import Reason
 from servoid.shape import load_body
 from servoid.sim.trial import TrialSettings, TrialStep, read_trial_settings, trial_toml
@@ -116,6 +117,8 @@ def test_the_settings_of_a_run_repeat_it_to_the_bit(ran: tuple[Path, Outcome]) -
     first = folder / "new" / "run"
     assert read_trial_settings(first / "run.toml") == small_settings(SHORT)
     options = ("--config", "new/run/run.toml", "--out", "again", "--no-video", "--mcap")
+    (folder / "again").mkdir()
+    (folder / "again" / "servo.mp4").write_bytes(b"of an earlier run")
     again = servo_apart(folder, *options)
     assert again.code == 0, again.err
     assert not (folder / "again" / "servo.mp4").exists()
@@ -123,6 +126,21 @@ def test_the_settings_of_a_run_repeat_it_to_the_bit(ran: tuple[Path, Outcome]) -
     for name in ("log.csv", "run.toml", "body.json"):
         assert (folder / "again" / name).read_bytes() == (first / name).read_bytes(), name
     check_recording(folder / "again")
+
+
+@pytest.mark.parametrize(("video", "mcap"), [(False, False), (True, False), (False, True)])
+def test_what_an_earlier_run_left_is_removed_unless_it_is_written_again(
+    video: bool, mcap: bool, tmp_path: Path
+) -> None:
+    for name in ("servo.mp4", "run.mcap", "mine.txt"):
+        (tmp_path / name).write_bytes(b"of an earlier run")
+    order = Order(out=tmp_path, video=video, mcap=mcap, config=None, values={})
+    servoing.remove_leftovers(tmp_path, order)
+    left = {path.name for path in tmp_path.iterdir()}
+    expected = {"servo.mp4"} if video else set[str]()
+    assert left == expected | ({"run.mcap"} if mcap else set[str]()) | {"mine.txt"}
+    (tmp_path / "empty").mkdir()
+    servoing.remove_leftovers(tmp_path / "empty", order)
 
 
 def check_recording(folder: Path) -> None:

@@ -15,7 +15,7 @@ from servoid.cli.servo.servo_order import RECORDED, Order
 from servoid.cli.servo.servo_summary import print_servo_summary
 from servoid.errors import DoubtError, TargetError
 from servoid.exchange.bags.writing import McapRun, ObjectState, RunRig, mcap_run
-from servoid.output import check_folder, write_whole
+from servoid.output import check_folder, remove_file, write_whole
 from servoid.record import (
     ServoVideo,
     draw_answers,
@@ -181,6 +181,18 @@ def _inputs(order: Order) -> list[Path | None]:
     return [order.config, recorded]
 
 
+def remove_leftovers(folder: Path, order: Order) -> None:
+    """Remove what an earlier run wrote and this one does not; it would be taken for this one's.
+
+    Raises:
+        OutputError: a file cannot be removed.
+
+    """
+    for name, is_written in ((_FILM, order.video), (_RECORDING, order.mcap)):
+        if not is_written:
+            remove_file(folder / name)
+
+
 def _report(folder: Path, trial: ServoTrial, order: Order) -> None:
     """Write all files of a run that has ended, and print its summary."""
     log, settings = trial.log, trial.settings
@@ -189,6 +201,7 @@ def _report(folder: Path, trial: ServoTrial, order: Order) -> None:
     files = {name: folder / f"{name}.csv" for name in ("log", "times")}
     files["settings"] = folder / "run.toml"
     write_servo_log(log, files["log"])
+    remove_leftovers(folder, order)
     write_servo_times(log, files["times"])
     write_whole(files["settings"], text.encode())
     files["body"] = folder / "body.json"

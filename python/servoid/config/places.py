@@ -90,6 +90,14 @@ def is_same(path: Path, other: Path) -> bool:
     return followed(path) == followed(other)
 
 
+def exists(path: Path) -> bool:
+    """Return whether anything is at the path; False for names that nothing can have."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
 def is_folder(path: Path) -> bool:
     """Return whether the path is a folder; False for names that no folder can have."""
     try:

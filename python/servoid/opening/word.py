@@ -9,8 +9,8 @@ from pathlib import Path
 
 from servoid.camera.video import VIDEO_SUFFIXES
 from servoid.config.limits import SETTINGS_FILE
-from servoid.config.places import is_file, is_folder
-from servoid.config.reading import read_text
+from servoid.config.places import exists, is_file, is_folder
+from servoid.config.reading import check_regular, read_text
 from servoid.errors import CaptureError
 from servoid.exchange.opening import holds_bag, is_capture
 from servoid.source.device import shown
@@ -149,6 +149,7 @@ def _of_files(text: str) -> SourceWord:
     if len(parts) > 1 and all(_ends(part.name, VIDEO_SUFFIXES) for part in parts):
         for part in parts:
             if not is_file(part):
+                _refuse_other_kind(part)
                 raise CaptureError(f"{text}: there is no video {part}; correct its name")
         return SourceWord(text, Kind.VIDEOS, parts)
     if _WILD.search(text):
@@ -158,7 +159,14 @@ def _of_files(text: str) -> SourceWord:
                 f"'{text}' matches no image; images end in {', '.join(IMAGE_SUFFIXES)}"
             )
         return SourceWord(text, Kind.IMAGES, images)
+    _refuse_other_kind(path)
     raise CaptureError(f"there is no {text}; SOURCE is {FORMS}")
+
+
+def _refuse_other_kind(path: Path) -> None:
+    """Refuse what exists and is neither a file nor a folder: a pipe, a device or a socket."""
+    if exists(path):
+        check_regular(path, CaptureError)
 
 
 def _kind_of(path: Path) -> Kind:

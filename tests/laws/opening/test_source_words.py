@@ -1,5 +1,6 @@
 """SOURCE: one grammar for whatever is there, and what it opens as."""
 
+import os
 from pathlib import Path
 
 import cv2
@@ -100,6 +101,18 @@ def test_several_files_are_written_in_one_word(tmp_path: Path) -> None:
     ],
 )
 def test_a_word_that_names_nothing_is_refused(text: str, message: str) -> None:
+    with pytest.raises(CaptureError, match=message):
+        parse_source(text)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize("text", ["film.mp4", "film.mp4+right.mp4", "side-by-side:film.mp4"])
+def test_a_pipe_is_refused_as_a_pipe_and_not_as_missing(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("film.mp4")
+    message = r"^cannot read film\.mp4: it is a named pipe, not a file; give a file$"
     with pytest.raises(CaptureError, match=message):
         parse_source(text)
 

@@ -26,7 +26,8 @@ def check_inputs_kept(
         if path is None:
             continue
         if source is not None and belongs_to_source(path, source):
-            raise _refusal(option, path, f"belongs to {source}")
+            is_all = any(is_same(path, place) for place in source.places)
+            raise _refusal(option, path, "is SOURCE" if is_all else f"belongs to SOURCE '{source}'")
         for file in files:
             if is_same(path, file):
                 raise _refusal(option, path, f"is {file}" if path != file else "is an input")

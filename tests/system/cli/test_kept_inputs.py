@@ -51,6 +51,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (("pick", "capture", "--mask", "capture/left/000000.png", "--no-browser"), "--mask"),
         (("export", "cup.json", "--to", "obj", "--out", "cup.json"), "cup.json"),
         (("servo", "--config", "run/run.toml", "--out", "run"), "--out"),
+        (("servo", "--path", "recorded:run/log.csv", "--out", "run"), "run/log.csv"),
     ],
 )
 def test_an_output_that_the_command_reads_is_refused_and_unchanged(
@@ -58,6 +59,7 @@ def test_an_output_that_the_command_reads_is_refused_and_unchanged(
 ) -> None:
     (folder / "run").mkdir()
     (folder / "run/run.toml").write_text("[run]\nseconds = 1.0\n")
+    shutil.copy("capture/poses.csv", "run/log.csv")
     before = everything_in(folder)
     outcome = servoid_command(*command)
     assert (outcome.code, outcome.out) == (2, ""), outcome.err
@@ -73,8 +75,8 @@ def test_a_capture_is_not_overwritten_by_tracking_it_in_its_own_folder(
     outcome = servoid_command("track", ".", "--body", "../cup.json", "--start", "body")
     assert outcome.code == 2
     assert outcome.err == (
-        "error: --out would write over what this command reads: poses.csv belongs to .; give "
-        "--out another path\n"
+        "error: --out would write over what this command reads: poses.csv belongs to SOURCE "
+        "'.'; give --out another path\n"
     )
     assert everything_in(folder) == before
 

@@ -52,7 +52,8 @@ def run_servo(order: Order) -> None:
         )
     settings = order.settings()
     path = _recorded(settings)
-    check_inputs_kept([("--out", order.out / name) for name in _NAMES], None, _inputs(order))
+    inputs = [order.config, _recorded_file(settings)]
+    check_inputs_kept([("--out", order.out / name) for name in _NAMES], None, inputs)
     check_folder(order.out, parents=True)
     stopped = False
     with ExitStack() as stack, progress_bar("servo run") as update:
@@ -165,20 +166,18 @@ def _line(step: TrialStep, trial: ServoTrial | None) -> str:
 
 def _recorded(settings: TrialSettings) -> ObjectPath | None:
     """Read the object's path from a file, if one is named."""
-    text = settings.world.object.path
-    if not text.startswith(RECORDED):
+    file = _recorded_file(settings)
+    if file is None:
         return None
-    points = read_trajectory(text.removeprefix(RECORDED))
+    points = read_trajectory(file)
     return Recorded(
         [point.time_s for point in points], [point.world_from_object for point in points]
     )
 
 
-def _inputs(order: Order) -> list[Path | None]:
-    """Return the files that the options name."""
-    path = str(order.values.get("world.object.path", ""))
-    recorded = Path(path.removeprefix(RECORDED)) if path.startswith(RECORDED) else None
-    return [order.config, recorded]
+def _recorded_file(settings: TrialSettings) -> Path | None:
+    text = settings.world.object.path
+    return Path(text.removeprefix(RECORDED)) if text.startswith(RECORDED) else None
 
 
 def remove_leftovers(folder: Path, order: Order) -> None:

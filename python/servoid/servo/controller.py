@@ -270,8 +270,10 @@ class Controller:
         return Command(velocities.copy(), twist, holding=frozenset({Reason.BAD_STATE}))
 
     def _look_at(self, state: JointState) -> _Now | None:
-        """Compute the state of the hand; None if the joint state is not finite."""
+        """Compute the state of the hand; None if the joint state cannot be true."""
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
+            return None
+        if not self._limits.may_move_at(state.velocities):
             return None
         self._supervisor.advance(state.time_s, stopped=state.stopped)
         velocities = np.asarray(state.velocities, np.float64)
@@ -281,7 +283,8 @@ class Controller:
             and state.time_s - command.time_s > _MISSED_PERIODS * self._arm.period_s
         ):
             command = None
-        previous = velocities if command is None else command.velocities
+        # Joints may be measured somewhat faster than they may be commanded.
+        previous = self._limits.clipped(velocities) if command is None else command.velocities
         # The command takes effect where the joints will be after their lag.
         ahead_s = self._settings.hand.lead_s + 0.5 * self._arm.period_s
         jacobian = self._jacobian(state.positions + ahead_s * previous)

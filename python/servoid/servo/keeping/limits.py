@@ -14,6 +14,8 @@ _CAUSES = np.array(
 )
 _HALVINGS = 12  # candidate accelerations for the largest one that still stops in time
 _SIDES = np.array([[-1.0], [1.0]])
+_OVERSHOOT = 2.0  # share of its speed limit above which a joint's measured speed cannot be true
+_JITTER = 0.1  # rad/s: error of measured speeds, of joints with any limit
 
 
 def stoppable_speed(room: Floats, deceleration: Floats | float, reaction_s: float) -> Floats:
@@ -49,12 +51,21 @@ class JointLimits:
         self._lower = joints.lower + settings.margin
         self._upper = joints.upper - settings.margin
         self._speed = settings.speed_share * joints.speed
+        self._fastest = joints.speed
         self._acceleration = settings.acceleration_share * joints.acceleration
         gentle = self._acceleration / settings.ramp_s
         self._jerk = gentle if joints.jerk is None else np.minimum(joints.jerk, gentle)
         self._period_s = period_s
         self._reaction_s = settings.reaction_s + period_s
         self._parts = slice(0, joints.hand_count), slice(joints.hand_count, None)
+
+    def may_move_at(self, velocities: Floats) -> bool:
+        """Return whether the joints can have such measured speeds (N,)."""
+        return bool(np.all(np.abs(velocities) <= _OVERSHOOT * self._fastest + _JITTER))
+
+    def clipped(self, velocities: Floats) -> Floats:
+        """Return the nearest speeds (N,) that the joints' own limits allow."""
+        return np.minimum(np.maximum(velocities, -self._fastest), self._fastest)
 
     def window(
         self,

@@ -25,7 +25,7 @@ class Reason(Enum):
     NOT_FINITE = "the estimate holds numbers that are not finite"
     TELEPORT = "the target jumped farther than it can move"
     RETURNING = "the target is back; waiting for more images that confirm it"
-    BAD_STATE = "the arm's joint state holds numbers that are not finite"
+    BAD_STATE = "the arm's joint state holds numbers that are not finite, or impossible speeds"
     PROTECTIVE_STOP = "the arm's own driver has stopped it and waits for a reset"
     PARTED = "the tracker's estimates have differed from the filtered pose for too long"
     ADRIFT = "uncertain estimates of the target's rotation would move the goal too far"

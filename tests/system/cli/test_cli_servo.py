@@ -154,6 +154,8 @@ def check_recording(folder: Path) -> None:
     for message, row in zip(joints, rows, strict=True):
         expected = [float(row[f"q_{name}"]) for name in message.name]
         assert list(message.position) == pytest.approx(expected, abs=1e-8)
+        stamp = message.header.stamp
+        assert stamp.sec + 1e-9 * stamp.nanosec == pytest.approx(1.0 + float(row["time_s"]))
     tracked = sum(row["status"] == "tracking" for row in rows)
     assert len(found["/object/pose"]) == tracked > 0
     assert len(found["/left/image_raw"]) >= len([row for row in rows if row["status"]])

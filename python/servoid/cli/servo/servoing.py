@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -41,6 +42,8 @@ _RECORDING = "run.mcap"
 _FILM = "servo.mp4"
 _TABLES = ("log.csv", "times.csv", "run.toml", "body.json", "summary.json")
 _NAMES = (*_TABLES, _FILM, _RECORDING)
+# A clock with an error stamps the first images before 0, which ROS cannot represent.
+_RECORDED_FROM_S = 1.0  # time in the recording at which the world's clock is 0
 
 
 def run_servo(order: Order) -> None:
@@ -125,7 +128,9 @@ class _Run:
     def _record(self, step: TrialStep, recording: McapRun) -> None:
         """Record joints and images, and the object's estimates since servoing began."""
         if step.row is not None and self.trial is not None:
-            recording.feel(self.trial.log.names, step.row.tick.state)
+            state = step.row.tick.state
+            later = replace(state, time_s=_RECORDED_FROM_S + state.time_s)
+            recording.feel(self.trial.log.names, later)
         if step.instant is None:
             return
         states = []
@@ -134,7 +139,8 @@ class _Run:
             self._is_known = True
             spent_s = step.row.tick.track_s
             states = [ObjectState("object", step.estimate, body, seconds=spent_s)]
-        recording.see(step.instant, states)
+        later = replace(step.instant, time_s=_RECORDED_FROM_S + step.instant.time_s)
+        recording.see(later, states)
 
     def _film(self, step: TrialStep) -> None:
         """Add a picture of an observation; while servoing, only as many as the video needs."""

@@ -12,7 +12,7 @@ from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.keeping.bounds import Bounds, Rows, Window
 from servoid.servo.keeping.limiter import Limiter
 from servoid.servo.keeping.limits import JointLimits
-from servoid.servo.keeping.safety import LOCATED, Reason, SafetySupervisor
+from servoid.servo.keeping.safety import LOCATED, Reason, SafetySupervisor, is_within_reason
 from servoid.servo.keeping.workspace_limits import WorkspaceLimits
 from servoid.servo.law.desired import goal_error
 from servoid.servo.law.gaze import GazeControl
@@ -141,10 +141,12 @@ class Controller:
         speed_scale = self._supervisor.speed_scale()
         if not holding and speed_scale == 1.0:
             self._sure = Prediction.at_rest(state.time_s, target.world_from_object)
-        if holding or goal_from_object is None:
+        absurd = goal_from_object is not None and not is_within_reason(goal_from_object)
+        if holding or goal_from_object is None or absurd:
             self._goal = None
             # A wrong estimate must not turn the cameras away from a hidden target.
             hidden = bool(holding - LOCATED)
+            holding |= {Reason.NOT_FINITE} if absurd else frozenset()
             return self._hold(now, (self._sure or target) if hidden else target, holding)
         goal = self._moving_goal(state.time_s, goal_from_object)
         return self._pursue(now, self._led(target), goal, speed_scale)
@@ -157,6 +159,8 @@ class Controller:
         if state.stopped:
             return self._hold(now, None, frozenset({Reason.PROTECTIVE_STOP}))
         point = Pose.from_parts(np.asarray(fixate).tolist(), [1.0, 0.0, 0.0, 0.0])
+        if not (is_within_reason(point) and is_within_reason(world_from_goal)):
+            return self._hold(now, None, frozenset({Reason.NOT_FINITE}))
         target = Prediction.at_rest(state.time_s, point)
         goal = Moving.at_rest(world_from_goal.inverse() @ point)
         return self._pursue(now, target, goal, 1.0)
@@ -245,6 +249,8 @@ class Controller:
             gaze = self._gaze.wanted(now.world_from_hand, twist, target.place, target.twist[:3])
             velocities[self._gaze.places] = self._gaze.velocities(now.state, gaze, now.window)
             angles = gaze.angles
+        if not np.isfinite([*velocities, *twist]).all():
+            return self._stop(now.state, Reason.NOT_FINITE)
         self._previous = self._last_command(now, velocities, twist)
         place = None if target is None else target.world_from_object
         return Command(velocities.copy(), twist, hand_from_goal, place, angles, holding, limiting)
@@ -254,8 +260,8 @@ class Controller:
         acceleration = (velocities - now.previous) / self._arm.period_s
         return _LastCommand(now.state.time_s, velocities, acceleration, twist, now.jacobian)
 
-    def _stop(self, state: JointState) -> Command:
-        """Brake open-loop, if the state cannot be used."""
+    def _stop(self, state: JointState, reason: Reason = Reason.BAD_STATE) -> Command:
+        """Brake open-loop, if the state, or what was computed from it, cannot be used."""
         last = self._previous
         if last is None:
             velocities, twist = np.zeros(len(self._arm.joints.names)), np.zeros(6)
@@ -267,10 +273,10 @@ class Controller:
             self._previous = _LastCommand(
                 state.time_s, velocities, acceleration, twist, last.jacobian
             )
-        return Command(velocities.copy(), twist, holding=frozenset({Reason.BAD_STATE}))
+        return Command(velocities.copy(), twist, holding=frozenset({reason}))
 
     def _look_at(self, state: JointState) -> _Now | None:
-        """Compute the state of the hand; None if the joint state cannot be true."""
+        """Compute the state of the hand; None if the joints' state cannot be used."""
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
         if not self._limits.may_move_at(state.velocities):
@@ -289,6 +295,8 @@ class Controller:
         ahead_s = self._settings.hand.lead_s + 0.5 * self._arm.period_s
         jacobian = self._jacobian(state.positions + ahead_s * previous)
         twist = exact.product(self._jacobian(state.positions), velocities[self._hand])
+        if not (np.isfinite(jacobian).all() and np.isfinite(twist).all()):
+            return None
         last = exact.product(jacobian, previous[self._hand]) if command is None else command.twist
         acceleration = np.zeros(len(previous)) if command is None else command.acceleration
         braking = np.full(len(previous), np.inf)

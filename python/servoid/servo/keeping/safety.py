@@ -22,10 +22,10 @@ class Reason(Enum):
     LOST = "the target is lost"
     UNSURE = "the tracker's confidence is too low"
     AHEAD = "image time stamps lie in the future"
-    NOT_FINITE = "the estimate holds numbers that are not finite"
+    NOT_FINITE = "the estimate or the goal holds numbers that are not finite, or far too large"
     TELEPORT = "the target jumped farther than it can move"
     RETURNING = "the target is back; waiting for more images that confirm it"
-    BAD_STATE = "the arm's joint state holds numbers that are not finite, or impossible speeds"
+    BAD_STATE = "the arm's joint state or Jacobian is not finite, or a speed in it is impossible"
     PROTECTIVE_STOP = "the arm's own driver has stopped it and waits for a reset"
     PARTED = "the tracker's estimates have differed from the filtered pose for too long"
     ADRIFT = "uncertain estimates of the target's rotation would move the goal too far"
@@ -59,6 +59,13 @@ ORDINARY = frozenset(
 # Reasons that hold the hand although the position of the target is known.
 LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT, Reason.STRAYED})
 _TOLERATED_JUMPS = 1
+_FARTHEST = 1e4  # m: beyond this distance, a pose is no place of an object or a hand
+
+
+def is_within_reason(pose: Pose) -> bool:
+    """Return whether a pose is finite, and not absurdly far away."""
+    matrix = pose.matrix()
+    return bool(np.isfinite(matrix).all() and np.abs(matrix[:3, 3]).max() <= _FARTHEST)
 
 
 class SafetySupervisor:
@@ -173,9 +180,9 @@ class SafetySupervisor:
             return Reason.FROZEN
         if estimate is None:
             return Reason.NO_IMAGES
-        numbers = (estimate.time_s, estimate.confidence, estimate.covariance)
-        pose = estimate.world_from_object.matrix()
-        if not all(np.all(np.isfinite(values)) for values in (*numbers, pose)):
+        numbers = (estimate.time_s, estimate.confidence, estimate.covariance, estimate.unobservable)
+        finite = all(np.all(np.isfinite(values)) for values in numbers)
+        if not (finite and is_within_reason(estimate.world_from_object)):
             return Reason.NOT_FINITE
         if estimate.time_s > self._now_s + self._settings.coast_s:
             return Reason.AHEAD

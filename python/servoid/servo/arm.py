@@ -11,6 +11,11 @@ from servoid.pose.exact import Floats
 from servoid.words import counted
 
 
+def is_number(given: object) -> bool:
+    """Return whether a value is a real number; NaN is one."""
+    return isinstance(given, int | float | np.integer | np.floating)
+
+
 def _row(what: str, given: object, count: int | None = None) -> Floats:
     """Convert a row of numbers, and check its length if `count` is given."""
     try:
@@ -80,7 +85,7 @@ class JointState:
     have no effect until somebody resets it.
 
     Raises:
-        ServoError: a value is not a row of numbers.
+        ServoError: the time is no number, or another value is not a row of numbers.
 
     """
 
@@ -90,6 +95,8 @@ class JointState:
     stopped: bool = False
 
     def __post_init__(self) -> None:
+        if not is_number(self.time_s):
+            raise ServoError(f"JointState.time_s must be a number, but is {self.time_s!r:.60}")
         for name in ("positions", "velocities"):
             object.__setattr__(self, name, _row(f"JointState.{name}", getattr(self, name)))
 

@@ -7,6 +7,13 @@ import numpy as np
 
 from servoid.pose import Pose, exact
 from servoid.pose.exact import Floats
+from servoid.servo.arguments import (
+    check_arm,
+    check_estimate,
+    check_jacobian,
+    check_pose,
+    check_state,
+)
 from servoid.servo.arm import Arm, JointState, Shaped
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.keeping.bounds import Bounds, Rows, Window
@@ -101,9 +108,11 @@ class Controller:
         """Take an arm at rest; its present posture is the preferred one.
 
         Raises:
+            ServoError: the arm lacks a member, or the settings are something else.
             MissingExtraError: the joint law needs a solver that is not installed.
 
         """
+        check_arm(arm, settings)
         self._arm = arm
         self._settings = settings = settings or ServoSettings()
         self._target = TargetFilter(settings.target)
@@ -123,14 +132,27 @@ class Controller:
         self._sure: Prediction | None = None
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
-        """Process a new observation and the tracker's estimate, None if it is unusable."""
+        """Process a new observation and the tracker's estimate, None if it is unusable.
+
+        Raises:
+            ServoError: the estimate lacks a member, or one is of another kind or shape.
+
+        """
+        if estimate is not None:
+            check_estimate(estimate)
         self._supervisor.see(instant, estimate)
 
     def command(self, state: JointState, goal_from_object: Pose | None) -> Command:
         """Return the command that brings the object to its goal pose relative to the hand.
 
         Without a goal the hand rests and the cameras follow the target.
+
+        Raises:
+            ServoError: the state is not of the arm's joints, or the goal is no pose.
+
         """
+        if goal_from_object is not None:
+            check_pose("goal_from_object", goal_from_object)
         now = self._look_at(state)
         if now is None:
             return self._stop(state)
@@ -152,7 +174,14 @@ class Controller:
         return self._pursue(now, self._led(target), goal, speed_scale)
 
     def go_to(self, state: JointState, world_from_goal: Pose, fixate: Floats) -> Command:
-        """Return the command towards a hand pose in the world, with the cameras on a point (3,)."""
+        """Return the command towards a hand pose in the world, with the cameras on a point (3,).
+
+        Raises:
+            ServoError: the state is not of the arm's joints, or the goal is no pose.
+            PoseError: the point is not of three finite numbers.
+
+        """
+        check_pose("world_from_goal", world_from_goal)
         now = self._look_at(state)
         if now is None:
             return self._stop(state)
@@ -277,6 +306,7 @@ class Controller:
 
     def _look_at(self, state: JointState) -> _Now | None:
         """Compute the state of the hand; None if the joints' state cannot be used."""
+        check_state(state, self._arm.joints)
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
         if not self._limits.may_move_at(state.velocities):
@@ -314,7 +344,9 @@ class Controller:
 
     def _jacobian(self, positions: Floats) -> Floats:
         """Return the Jacobian (6, n) of the hand by the joints that move it."""
-        return np.asarray(self._arm.jacobian(positions), np.float64)[:, self._hand]
+        jacobian = self._arm.jacobian(positions)
+        check_jacobian(jacobian, self._arm.joints)
+        return np.asarray(jacobian, np.float64)[:, self._hand]
 
     def _led(self, target: Prediction) -> Prediction:
         """Return the present target, with the motion that is certain after the joints' lag."""

@@ -1,0 +1,152 @@
+"""Checks what a program passes to a controller: an arm, joint states, estimates and goals."""
+
+import numpy as np
+
+from servoid.errors import ServoError
+from servoid.pose import Pose
+from servoid.pose.exact import Floats
+from servoid.servo.arm import Arm, Joints, JointState, is_number
+from servoid.servo.belief.target import TargetEstimate
+from servoid.servo.settings import ServoSettings
+from servoid.words import counted
+
+_STATUSES = ("tracking", "searching", "lost")
+_NEEDED = ("joints", "eyes", "period_s", "state", "world_from_hand", "jacobian")  # of an arm
+_LISTED = (
+    "time_s",
+    "world_from_object",
+    "confidence",
+    "status",
+    "located",
+    "covariance",
+    "unobservable",
+)
+_ROUNDING = 1e-9  # share of the greatest variance by which another may be below 0
+
+
+def check_arm(arm: Arm, settings: ServoSettings | None) -> None:
+    """Check that an arm has what a controller needs, and that settings are settings.
+
+    Raises:
+        ServoError: they do not.
+
+    """
+    lacking = [name for name in _NEEDED if not hasattr(arm, name)]
+    if lacking:
+        raise ServoError(
+            f"an arm needs {', '.join(_NEEDED)}, as servoid.servo.Arm describes them, but "
+            f"{_kind(arm)} has no {', '.join(lacking)}"
+        )
+    if not isinstance(arm.joints, Joints):
+        raise ServoError(f"Arm.joints must be servoid.servo.Joints, but is {_kind(arm.joints)}")
+    if not is_number(arm.period_s) or not 0.0 < arm.period_s < np.inf:
+        raise ServoError(f"Arm.period_s must be a number above 0, but is {arm.period_s!r:.60}")
+    if not isinstance(settings, ServoSettings | None):
+        raise ServoError(
+            f"settings must be servoid.servo.ServoSettings or None, but are {_kind(settings)}"
+        )
+
+
+def check_state(state: JointState, joints: Joints) -> None:
+    """Check that a state has an angle and a speed for each joint.
+
+    Raises:
+        ServoError: it has not, or is something else.
+
+    """
+    if not isinstance(state, JointState):
+        raise ServoError(f"state must be a servoid.servo.JointState, but is {_kind(state)}")
+    count = len(joints.names)
+    for name, row in (("positions", state.positions), ("velocities", state.velocities)):
+        if row.shape != (count,):
+            raise ServoError(
+                f"JointState.{name} has {counted(len(row), 'number')}, but the arm has "
+                f"{counted(count, 'joint')}: give one for each of {', '.join(joints.names)}"
+            )
+
+
+def check_jacobian(jacobian: Floats, joints: Joints) -> None:
+    """Check that a Jacobian has a column for each joint.
+
+    Raises:
+        ServoError: it has another shape.
+
+    """
+    shape, needed = np.shape(jacobian), (6, len(joints.names))
+    if shape != needed:
+        raise ServoError(f"Arm.jacobian must return an array {needed}, but its shape is {shape}")
+
+
+def check_pose(what: str, given: object) -> None:
+    """Check that a goal is a pose.
+
+    Raises:
+        ServoError: it is something else.
+
+    """
+    if not _is_pose(given):
+        raise ServoError(
+            f"{what} must be a servoid.pose.Pose, but is {_kind(given)}; "
+            "make one of a matrix (4, 4) by Pose(matrix)"
+        )
+
+
+def check_estimate(estimate: TargetEstimate) -> None:
+    """Check that an estimate has all its members, of the right kinds and shapes.
+
+    Numbers that are not finite pass: they hold the hand.
+
+    Raises:
+        ServoError: a member is missing or wrong.
+
+    """
+    lacking = [name for name in _LISTED if not hasattr(estimate, name)]
+    if lacking:
+        raise ServoError(
+            f"an estimate needs {', '.join(_LISTED)}, but {_kind(estimate)} has no "
+            f"{', '.join(lacking)}"
+        )
+    check_pose("an estimate's world_from_object", estimate.world_from_object)
+    for name in ("time_s", "confidence"):
+        if not is_number(getattr(estimate, name)):
+            given = getattr(estimate, name)
+            raise ServoError(f"an estimate's {name} must be a number, but is {given!r:.60}")
+    if estimate.status not in _STATUSES:
+        raise ServoError(
+            f"an estimate's status must be one of {', '.join(_STATUSES)}, but is "
+            f"{estimate.status!r:.60}"
+        )
+    _check_covariance(estimate.covariance)
+    if not _is_array(estimate.unobservable) or estimate.unobservable.shape[1:] != (6,):
+        raise ServoError(
+            "an estimate's unobservable must be an array (n, 6), with n = 0 if the images "
+            f"observe all motions, but is {_kind(estimate.unobservable)}"
+        )
+
+
+def _check_covariance(covariance: Floats) -> None:
+    if not _is_array(covariance) or covariance.shape != (6, 6):
+        raise ServoError(
+            "an estimate's covariance must be an array (6, 6), of (linear, angular), "
+            f"but is {_kind(covariance)}"
+        )
+    variances = covariance.diagonal()
+    if variances.min() < -_ROUNDING * np.abs(variances).max():
+        raise ServoError(
+            "an estimate's covariance must have no variance below 0 on its diagonal, but has "
+            f"{variances.min():g}"
+        )
+
+
+def _is_array(given: object) -> bool:
+    return isinstance(given, np.ndarray) and given.dtype.kind in "fiu"
+
+
+def _is_pose(given: object) -> bool:
+    return isinstance(given, Pose) or callable(getattr(given, "matrix", None))
+
+
+def _kind(given: object) -> str:
+    """Describe a value by its type, and by its shape if it is an array."""
+    shape = f" of shape {given.shape}" if isinstance(given, np.ndarray) else ""
+    return f"{type(given).__name__}{shape}"

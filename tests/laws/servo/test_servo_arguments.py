@@ -1,0 +1,123 @@
+"""Laws of what a controller is given: what it cannot use is refused in words, by a ServoError."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from fake_tracker import FakeEstimate
+from servo_loop import GOAL_FROM_OBJECT, PERIOD_S, WORLD_FROM_OBJECT
+
+from servoid.errors import ServoError
+from servoid.pose import Pose
+from servoid.servo import Controller, JointState
+from servoid.sim.arm_file import read_arm
+from servoid.sim.serial_arm import SerialArm
+
+ESTIMATES: dict[str, tuple[dict[str, Any], str]] = {
+    "a list as pose": (
+        {"world_from_object": [1, 2, 3]},
+        "world_from_object must be a servoid.pose.Pose, but is list",
+    ),
+    "a matrix as pose": ({"world_from_object": np.eye(4)}, r"but is ndarray of shape \(4, 4\)"),
+    "no time": ({"time_s": None}, "time_s must be a number, but is None"),
+    "a text as confidence": ({"confidence": "high"}, "confidence must be a number, but is 'high'"),
+    "an unknown status": ({"status": "TRACKING"}, "one of tracking, searching, lost, but is 'TR"),
+    "a small covariance": (
+        {"covariance": np.eye(3)},
+        r"covariance must be an array \(6, 6\).* but is ndarray of shape \(3, 3\)",
+    ),
+    "no covariance": ({"covariance": None}, r"covariance must be an array .*NoneType"),
+    "a negative covariance": ({"covariance": -np.eye(6)}, "no variance below 0 .* but has -1"),
+    "narrow motions": (
+        {"unobservable": np.ones((2, 3))},
+        r"unobservable must be an array \(n, 6\)",
+    ),
+    "a list of motions": ({"unobservable": []}, r"unobservable must be an array .* but is list"),
+}
+STATES: dict[str, tuple[Callable[[JointState], Any], str]] = {
+    "no state": (lambda _: None, "state must be a servoid.servo.JointState, but is NoneType"),
+    "one position too few": (
+        lambda state: replace(state, positions=state.positions[:-1]),
+        "JointState.positions has 9 numbers, but the arm has 10 joints: give one for each of s1",
+    ),
+    "one speed too many": (
+        lambda state: replace(state, velocities=np.zeros(11)),
+        "JointState.velocities has 11 numbers, but the arm has 10 joints",
+    ),
+    "no time": (
+        lambda state: replace(state, time_s=None),
+        "JointState.time_s must be a number, but is None",
+    ),
+}
+
+
+def pa10() -> SerialArm:
+    return SerialArm(read_arm("pa10"), PERIOD_S)
+
+
+@pytest.mark.parametrize("case", ESTIMATES)
+def test_an_estimate_that_cannot_be_used_is_refused_in_words(case: str) -> None:
+    changed, words = ESTIMATES[case]
+    controller = Controller(pa10())
+    with pytest.raises(ServoError, match=words):
+        controller.see(None, replace(FakeEstimate(0.0, WORLD_FROM_OBJECT), **changed))
+    controller.see(None, FakeEstimate(0.0, WORLD_FROM_OBJECT))
+
+
+def test_an_estimate_without_a_member_is_refused_by_its_name() -> None:
+    @dataclass
+    class Bare:
+        time_s: float
+        world_from_object: Pose
+
+    words = "an estimate needs .* but Bare has no confidence, status, located, covariance, unobs"
+    with pytest.raises(ServoError, match=words):
+        Controller(pa10()).see(None, Bare(0.0, Pose.identity()))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("case", STATES)
+def test_a_joint_state_that_cannot_be_used_is_refused_in_words(case: str) -> None:
+    changed, words = STATES[case]
+    arm = pa10()
+    controller, state, place = Controller(arm), arm.state(), Pose.identity()
+    for ask in (
+        lambda: controller.command(changed(state), GOAL_FROM_OBJECT),
+        lambda: controller.go_to(changed(state), place, np.zeros(3)),
+        lambda: controller.rest(changed(state)),
+    ):
+        with pytest.raises(ServoError, match=words):
+            ask()
+
+
+@pytest.mark.parametrize("given", [np.eye(4), [0.0, 0.0, 0.5], "home"])
+def test_a_goal_that_is_no_pose_is_refused_in_words(given: Any) -> None:
+    arm = pa10()
+    controller, state = Controller(arm), arm.state()
+    with pytest.raises(ServoError, match=r"goal_from_object must be a servoid\.pose\.Pose, but is"):
+        controller.command(state, given)
+    with pytest.raises(ServoError, match=r"world_from_goal must be a servoid\.pose\.Pose, but is"):
+        controller.go_to(state, given, np.zeros(3))
+
+
+class NarrowArm(SerialArm):
+    """An arm whose Jacobian has the hand's joints only."""
+
+    def jacobian(self, positions: Any) -> Any:
+        return super().jacobian(positions)[:, :7]
+
+
+def test_what_is_no_arm_or_no_settings_is_refused_in_words() -> None:
+    with pytest.raises(ServoError, match=r"an arm needs joints, .* but str has no joints, eyes"):
+        Controller("pa10")  # type: ignore[arg-type]
+    with pytest.raises(ServoError, match=r"settings must be servoid\.servo\.ServoSettings .* dict"):
+        Controller(pa10(), {"law": "qp"})  # type: ignore[arg-type]
+
+
+def test_an_arm_whose_jacobian_lacks_joints_is_refused_in_words() -> None:
+    arm = NarrowArm(read_arm("pa10"), PERIOD_S)
+    controller = Controller(arm)
+    words = r"Arm.jacobian must return an array \(6, 10\), but its shape is \(6, 7\)"
+    with pytest.raises(ServoError, match=words):
+        controller.command(arm.state(), GOAL_FROM_OBJECT)

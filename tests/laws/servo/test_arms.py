@@ -1,6 +1,10 @@
 """What every arm must do, simulated or real; a new one is one more line in `ARMS`."""
 
+import re
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,10 +24,22 @@ def in_a_world(turning_eyes: bool) -> Arm:
     return World(WorldSettings(arm=arm, background="plain", ideal=True)).arm
 
 
+@cache
+def shown_arm() -> type[Any]:
+    """Return the class of an arm that the page about arms shows."""
+    page = (Path(__file__).parents[3] / "docs" / "howto" / "own_arm.md").read_text("utf-8")
+    blocks: list[str] = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    [shown] = [block for block in blocks if "class MyArm" in block]
+    names: dict[str, Any] = {}
+    exec(shown, names)
+    return names["MyArm"]
+
+
 ARMS: dict[str, Callable[[], Arm]] = {
     "serial": lambda: SerialArm(read_arm()),
     "serial with other links": lambda: SerialArm(read_arm(links="jsi"), period_s=0.002),
     "remembered": lambda: RememberingArm(SerialArm(read_arm())),
+    "on the page about arms": lambda: shown_arm()(),
     "in a world": lambda: in_a_world(turning_eyes=True),
     "in a world, with fixed eyes": lambda: in_a_world(turning_eyes=False),
 }

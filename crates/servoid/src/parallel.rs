@@ -1,10 +1,10 @@
 //! Runs work on several threads, or on the caller's thread alone where the feature `parallel` is
 //! off. The results have the same bits.
 
-#[cfg(feature = "parallel")]
-pub(crate) use rayon::prelude::*;
 #[cfg(not(feature = "parallel"))]
 pub(crate) use sequential::*;
+#[cfg(feature = "parallel")]
+pub(crate) use threaded::*;
 
 /// Threads that run installed work.
 #[cfg(feature = "parallel")]
@@ -31,6 +31,84 @@ impl Pool {
     pub(crate) fn install<T>(&self, work: impl FnOnce() -> T) -> T {
         work()
     }
+}
+
+/// Rayon's parallel iterators, which also work in a forked child.
+///
+/// Outside an installed pool they run on the threads of the process. A child inherits that pool
+/// without its threads and would wait for them forever.
+#[cfg(feature = "parallel")]
+mod threaded {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    pub(crate) use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+    #[cfg(feature = "render")]
+    use rayon::slice::ChunksMut;
+    use rayon::slice::{Chunks, ChunksExactMut, Iter};
+
+    /// The process whose threads rayon's own pool has; 0 as long as it was not used.
+    static PROCESS: AtomicU32 = AtomicU32::new(0);
+
+    /// Makes the caller a pool of one thread, for good, if the threads of the process stayed behind
+    /// in its parent. One, since forked children share the cores, and may fork again.
+    fn outlive_a_fork() {
+        if rayon::current_thread_index().is_some() {
+            return;
+        }
+        let own = std::process::id();
+        let first = PROCESS.compare_exchange(0, own, Ordering::Relaxed, Ordering::Relaxed);
+        if first.is_err_and(|first| first != own) {
+            // It starts no thread, so that it cannot fail.
+            let _ = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+        }
+    }
+
+    pub(crate) trait ParallelSlice<T: Sync> {
+        fn par_iter(&self) -> Iter<'_, T>;
+        fn par_chunks(&self, size: usize) -> Chunks<'_, T>;
+    }
+
+    pub(crate) trait ParallelSliceMut<T: Send> {
+        #[cfg(feature = "render")]
+        fn par_chunks_mut(&mut self, size: usize) -> ChunksMut<'_, T>;
+        fn par_chunks_exact_mut(&mut self, size: usize) -> ChunksExactMut<'_, T>;
+    }
+
+    pub(crate) trait IntoParallelIterator:
+        rayon::iter::IntoParallelIterator + Sized
+    {
+        fn into_par_iter(self) -> Self::Iter {
+            outlive_a_fork();
+            rayon::iter::IntoParallelIterator::into_par_iter(self)
+        }
+    }
+
+    impl<T: Sync> ParallelSlice<T> for [T] {
+        fn par_iter(&self) -> Iter<'_, T> {
+            outlive_a_fork();
+            rayon::iter::IntoParallelIterator::into_par_iter(self)
+        }
+
+        fn par_chunks(&self, size: usize) -> Chunks<'_, T> {
+            outlive_a_fork();
+            rayon::slice::ParallelSlice::par_chunks(self, size)
+        }
+    }
+
+    impl<T: Send> ParallelSliceMut<T> for [T] {
+        #[cfg(feature = "render")]
+        fn par_chunks_mut(&mut self, size: usize) -> ChunksMut<'_, T> {
+            outlive_a_fork();
+            rayon::slice::ParallelSliceMut::par_chunks_mut(self, size)
+        }
+
+        fn par_chunks_exact_mut(&mut self, size: usize) -> ChunksExactMut<'_, T> {
+            outlive_a_fork();
+            rayon::slice::ParallelSliceMut::par_chunks_exact_mut(self, size)
+        }
+    }
+
+    impl<I: rayon::iter::IntoParallelIterator> IntoParallelIterator for I {}
 }
 
 /// Rayon's parallel-iterator names for sequential iterators.

@@ -7,8 +7,10 @@ from typing import TypeVar
 
 import pytest
 from fake_tracker import plain_body
+from faults import Moments
+from recordings import Alone
 
-from servoid._native import silhouette_ious
+from servoid._native import Estimate, silhouette_ious
 from servoid.camera import Camera
 from servoid.capture import View
 from servoid.pose import Pose
@@ -46,3 +48,17 @@ def views() -> list[View]:
 def test_a_forked_child_scores_outlines_as_its_parent_did(views: list[View]) -> None:
     scored = silhouette_ious(plain_body(), views).tolist()
     assert in_a_child(lambda: silhouette_ious(plain_body(), views).tolist()) == scored
+
+
+def test_a_forked_child_evolves_the_body_that_its_parent_began_to_evolve(alone: Alone) -> None:
+    moments = alone.recording.moments()
+    tracker = alone.tracker_in(alone.recording, moments[0])
+
+    def follow(some: Moments) -> list[Estimate]:
+        return [tracker.step(one.time_s, one.world_from_camera, one.images) for one in some]
+
+    follow(moments[1:12])
+    assert tracker.begin_evolving()
+    in_child, here = in_a_child(lambda: follow(moments[12:20])), follow(moments[12:20])
+    assert in_child == here
+    assert any(one.evolved for one in here)

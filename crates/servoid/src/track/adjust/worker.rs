@@ -1,11 +1,16 @@
-use std::sync::{Arc, LazyLock};
-use std::thread;
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, LazyLock, mpsc};
+use std::{process, thread};
 
 /// A computation beside the tracker whose result is due some observations later. Copies wait for
 /// the same result.
-#[derive(Debug)]
 pub(crate) struct Job<T> {
     result: Arc<Awaited<T>>,
+    /// Computes the result again in a forked child, to which its parent's threads do not come.
+    compute: Arc<dyn Fn() -> T + Send + Sync>,
+    /// The process that has the thread.
+    process: u32,
     /// Observations until it is due.
     wait: usize,
 }
@@ -16,7 +21,14 @@ type Awaited<T> = LazyLock<Option<T>, Box<dyn FnOnce() -> Option<T> + Send>>;
 
 impl<T> Clone for Job<T> {
     fn clone(&self) -> Self {
-        Self { result: Arc::clone(&self.result), wait: self.wait }
+        let (result, compute) = (Arc::clone(&self.result), Arc::clone(&self.compute));
+        Self { result, compute, process: self.process, wait: self.wait }
+    }
+}
+
+impl<T> fmt::Debug for Job<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Job").field("wait", &self.wait).finish_non_exhaustive()
     }
 }
 
@@ -27,22 +39,25 @@ impl<T: Clone + Send + Sync + 'static> Job<T> {
     pub(crate) fn new<U: Clone + Send + Sync + 'static>(
         wait: usize,
         before: Option<Job<U>>,
-        compute: impl Fn() -> T + Send + Clone + 'static,
+        compute: impl Fn() -> T + Send + Sync + 'static,
     ) -> Self {
-        let compute = move || {
+        let compute: Arc<dyn Fn() -> T + Send + Sync> = Arc::new(move || {
             before.iter().for_each(Job::finish);
             compute()
+        });
+        let work = Arc::clone(&compute);
+        // A channel, not a handle to join: a forked child may drop it.
+        let (sender, receiver) = mpsc::channel();
+        let begun = thread::Builder::new().name("servoid-worker".into()).spawn(move || {
+            let _ = sender.send(work());
+        });
+        let result: Box<dyn FnOnce() -> Option<T> + Send> = if begun.is_ok() {
+            Box::new(move || receiver.recv().ok())
+        } else {
+            let found = compute();
+            Box::new(move || Some(found))
         };
-        let work = compute.clone();
-        let result: Box<dyn FnOnce() -> Option<T> + Send> =
-            match thread::Builder::new().name("servoid-worker".into()).spawn(work) {
-                Ok(thread) => Box::new(move || thread.join().ok()),
-                Err(_) => {
-                    let found = compute();
-                    Box::new(move || Some(found))
-                }
-            };
-        Self { result: Arc::new(LazyLock::new(result)), wait }
+        Self { result: Arc::new(LazyLock::new(result)), compute, process: process::id(), wait }
     }
 
     /// Counts an observation; returns whether the job is due, however long it takes.
@@ -53,12 +68,22 @@ impl<T: Clone + Send + Sync + 'static> Job<T> {
 
     /// Waits for the result; none if the computation failed.
     pub(crate) fn result(&self) -> Option<T> {
+        if self.is_inherited() {
+            return catch_unwind(AssertUnwindSafe(|| (self.compute)())).ok();
+        }
         LazyLock::force(&self.result).clone()
     }
 
     /// Waits until the job is finished.
     fn finish(&self) {
-        LazyLock::force(&self.result);
+        if !self.is_inherited() {
+            LazyLock::force(&self.result);
+        }
+    }
+
+    /// Returns whether this is a forked child: it has no thread to wait for.
+    fn is_inherited(&self) -> bool {
+        self.process != process::id()
     }
 }
 
@@ -83,6 +108,17 @@ mod tests {
         let job = Job::new(0, None::<Job<()>>, || -> usize { panic!("on purpose") });
         assert_eq!((job.result(), job.result()), (None, None));
         assert_eq!(Job::new(0, Some(job), || 7).result(), Some(7));
+    }
+
+    #[test]
+    fn a_forked_child_computes_what_its_parent_began() {
+        let begun = Job::new(0, None::<Job<()>>, || thread::current().id());
+        // A process has no number 0: as in a child, the job belongs to another one.
+        let inherited = Job { process: 0, ..begun.clone() };
+        let after = Job::new(0, Some(inherited.clone()), || 7);
+        let here = thread::current().id();
+        assert!(begun.result().is_some_and(|place| place != here));
+        assert_eq!((inherited.result(), after.result()), (Some(here), Some(7)));
     }
 
     #[test]

@@ -414,6 +414,8 @@ class Soup:
         Return vertices (V, 3) in metres, triangles (F, 3), the jump of the winding number across
         the surface at each vertex, (V,), about 1 on the given triangles and less where the surface
         is interpolated, and the side of a cell in metres.
+
+        Raises: BodyError: there are too many cells.
         """
 
 @final
@@ -948,7 +950,7 @@ class Tracker:
         """
     def keyframe_pose(self, number: int) -> Pose | None:
         """Returns the pose of the object at a keyframe, by its number in `Estimate.keyframes`, as
-        currently estimated; None if there was none.
+        currently estimated; None if there was none. Raises TrackError.
         """
     @property
     def body(self) -> Body:

@@ -34,7 +34,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<track::estimate::Estimate>()?;
     module.add_class::<track::one_step::OneStepSettings>()?;
     module.add_class::<track::one_step::OneStepTracker>()?;
-    module.add_class::<track::TrackSettings>()?;
+    module.add_class::<track::settings::TrackSettings>()?;
     module.add_class::<track::Tracker>()?;
     module.add_function(wrap_pyfunction!(camera::taken_image, module)?)?;
     module.add_function(wrap_pyfunction!(camera::taken_mask, module)?)?;

@@ -8,7 +8,9 @@ use servoid::shape as core;
 use crate::camera::Camera;
 use crate::errors::{named, raise};
 use crate::pose::{Pose, as_it_was, rows};
-use crate::taking::{Wanted, hash_numbers, read_index_rows, read_rows, shorts, taken_in_words};
+use crate::taking::{
+    Wanted, hash_numbers, read_index_rows, read_rows, read_whole, shorts, taken_in_words,
+};
 
 /// A rigid set of ellipsoids in the object's frame, and the pose of that frame in the world.
 ///
@@ -126,8 +128,17 @@ impl Soup {
     /// Return vertices (V, 3) in metres, triangles (F, 3), the jump of the winding number across
     /// the surface at each vertex, (V,), about 1 on the given triangles and less where the surface
     /// is interpolated, and the side of a cell in metres.
-    fn rebuilt<'py>(&self, py: Python<'py>, cells: usize) -> PyResult<Option<Rebuilt<'py>>> {
-        let Some(found) = py.detach(|| self.0.rebuilt(cells)) else { return Ok(None) };
+    ///
+    /// Raises:
+    ///     BodyError: there are too many cells.
+    fn rebuilt<'py>(
+        &self,
+        py: Python<'py>,
+        cells: &Bound<'py, PyAny>,
+    ) -> PyResult<Option<Rebuilt<'py>>> {
+        let cells = read_whole(cells, wanted("cells", "a whole number, 0 or more"))?;
+        let found = py.detach(|| self.0.rebuilt(cells)).map_err(raise)?;
+        let Some(found) = found else { return Ok(None) };
         let faces: Vec<i64> = found.faces.iter().flatten().map(|&i| i as i64).collect();
         let count = found.faces.len();
         let corners = found.vertices.len();

@@ -135,6 +135,11 @@ pub fn read_number(given: &Bound<'_, PyAny>, wanted: Wanted) -> PyResult<f64> {
     given.extract().map_err(|_| wanted.refuse(given))
 }
 
+/// Reads a whole number that is not negative.
+pub fn read_whole(given: &Bound<'_, PyAny>, wanted: Wanted) -> PyResult<usize> {
+    given.extract().map_err(|_| wanted.refuse(given))
+}
+
 /// The time of an observation.
 pub struct Seconds(pub f64);
 

@@ -17,7 +17,7 @@ from tiers import tiered
 
 from conftest import REAL_PHOTOS
 from servoid._native import Mesh, Soup
-from servoid.errors import MeshError
+from servoid.errors import BodyError, MeshError
 from servoid.exchange.shapes import mesh_seams
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_file import read_mesh
@@ -215,3 +215,10 @@ def test_fronts_see_the_sky_and_backs_do_not() -> None:
     soup = Soup(vertices=ball.vertices, faces=ball.faces)
     assert soup.openness(ball.faces) == pytest.approx(1.0, abs=0.1)
     assert soup.openness(ball.faces[:, ::-1]) == pytest.approx(-1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("cells", [-1, 1001, 10**6, 2**80])
+def test_a_surface_is_not_rebuilt_from_cells_that_no_memory_holds(cells: int) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=1)
+    with pytest.raises(BodyError, match=str(cells)):
+        Soup(vertices=ball.vertices, faces=ball.faces).rebuilt(cells)

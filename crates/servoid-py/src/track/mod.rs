@@ -1,26 +1,24 @@
 pub(crate) mod estimate;
 pub(crate) mod from_masks;
 pub(crate) mod one_step;
+pub(crate) mod settings;
 
 use numpy::{
     PyArray1, PyArray2, PyArrayDescrMethods, PyArrayMethods, PyReadonlyArray2, PyUntypedArray,
     PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyTuple};
+use pyo3::types::PyBytes;
 use servoid::camera::{DepthView, Mask, Observation};
 use servoid::track as core;
 
 use crate::camera::{Camera, Pixels};
 use crate::errors::{named, raise};
 use crate::pose::{Pose, read_poses, rows};
-use crate::settings::Settings;
 use crate::shape::Body;
-use crate::taking::{
-    GivenMask, Listed, Picture, Seconds, described, hashed_by_seed, remade, replace,
-    taken_in_words, valued, written,
-};
+use crate::taking::{GivenMask, Listed, Picture, Seconds, Wanted, described, read_whole};
 use crate::track::estimate::Estimate;
+use crate::track::settings::TrackSettings;
 
 /// Images from Python, None where a camera delivered nothing.
 pub type Pictures<'py> = Listed<Option<Picture<'py>>>;
@@ -30,130 +28,6 @@ pub type Masks<'py> = Listed<Option<GivenMask<'py>>>;
 
 /// Depth images from Python, None where a camera measured nothing.
 type Depths<'py> = Listed<Option<Metres>>;
-
-const SETTINGS: Settings = Settings("TrackError");
-
-/// Settings of tracking; their defaults are those of the core.
-///
-/// Arguments that are None keep their defaults.
-#[pyclass(frozen, eq, hash, module = "servoid.track")]
-#[derive(Clone, PartialEq)]
-pub struct TrackSettings(core::TrackSettings);
-
-taken_in_words!(
-    TrackSettings,
-    "TrackError",
-    "a TrackSettings",
-    "make one with servoid.track.TrackSettings"
-);
-
-const NAMES: [&str; 9] = [
-    "seed",
-    "population",
-    "generations",
-    "budget_s",
-    "surface",
-    "region",
-    "local_colors",
-    "adjust",
-    "depth_from_motion",
-];
-
-hashed_by_seed!(TrackSettings);
-
-#[pymethods]
-impl TrackSettings {
-    #[new]
-    #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
-    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None, depth_from_motion=None))]
-    fn new(
-        seed: Option<&Bound<'_, PyAny>>,
-        population: Option<&Bound<'_, PyAny>>,
-        generations: Option<&Bound<'_, PyAny>>,
-        budget_s: Option<&Bound<'_, PyAny>>,
-        surface: Option<&Bound<'_, PyAny>>,
-        region: Option<&Bound<'_, PyAny>>,
-        local_colors: Option<&Bound<'_, PyAny>>,
-        adjust: Option<&Bound<'_, PyAny>>,
-        depth_from_motion: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let mut it = core::TrackSettings::default();
-        SETTINGS.put(&mut it.seed, "seed", seed)?;
-        SETTINGS.put(&mut it.population, "population", population)?;
-        SETTINGS.put(&mut it.generations, "generations", generations)?;
-        replace(&mut it.budget_s, SETTINGS.read("budget_s", budget_s)?.map(Some));
-        SETTINGS.put(&mut it.surface, "surface", surface)?;
-        SETTINGS.put(&mut it.region, "region", region)?;
-        SETTINGS.put(&mut it.local_colors, "local_colors", local_colors)?;
-        SETTINGS.put(&mut it.adjust, "adjust", adjust)?;
-        SETTINGS.put(&mut it.depth_from_motion, "depth_from_motion", depth_from_motion)?;
-        it.checked().map(Self).map_err(raise)
-    }
-
-    /// Seed of every search.
-    #[getter]
-    fn seed(&self) -> u64 {
-        self.0.seed
-    }
-
-    /// Hypotheses per generation.
-    #[getter]
-    fn population(&self) -> usize {
-        self.0.population
-    }
-
-    /// Generations per image.
-    #[getter]
-    fn generations(&self) -> usize {
-        self.0.generations
-    }
-
-    /// Seconds after which no further generation starts; with None only the counts decide.
-    #[getter]
-    fn budget_s(&self) -> Option<f64> {
-        self.0.budget_s
-    }
-
-    /// Whether surface points are learned and scored.
-    #[getter]
-    fn surface(&self) -> bool {
-        self.0.surface
-    }
-
-    /// Whether colours are learned and scored.
-    #[getter]
-    fn region(&self) -> bool {
-        self.0.region
-    }
-
-    /// Whether the background's colours are learned separately for the sides of the object.
-    #[getter]
-    fn local_colors(&self) -> bool {
-        self.0.local_colors
-    }
-
-    /// Whether keyframes and surface points are adjusted together, in a separate thread.
-    #[getter]
-    fn adjust(&self) -> bool {
-        self.0.adjust
-    }
-
-    /// Whether the distances of points that only one camera sees are estimated from motion.
-    #[getter]
-    fn depth_from_motion(&self) -> bool {
-        self.0.depth_from_motion
-    }
-
-    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        written(slf, &NAMES)
-    }
-
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        remade(slf, &valued(slf, &NAMES)?)
-    }
-}
 
 /// Tracks a body in six degrees of freedom from observation to observation.
 ///
@@ -252,8 +126,8 @@ impl Tracker {
         world_from_camera: Listed<Pose>,
         images: Pictures<'py>,
         poses: &Bound<'py, PyAny>,
-        resolution: usize,
-        threads: usize,
+        #[pyo3(from_py_with = whole_resolution)] resolution: usize,
+        #[pyo3(from_py_with = whole_threads)] threads: usize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let images = read(&images)?;
         let observation = observation(time_s.0, &world_from_camera.0, &images, &[])?;
@@ -288,8 +162,8 @@ impl Tracker {
     }
 
     /// Returns the pose of the object at a keyframe, by its number in `Estimate.keyframes`, as
-    /// currently estimated; None if there was none.
-    fn keyframe_pose(&self, number: usize) -> Option<Pose> {
+    /// currently estimated; None if there was none. Raises TrackError.
+    fn keyframe_pose(&self, #[pyo3(from_py_with = whole_number)] number: usize) -> Option<Pose> {
         self.0.keyframe_pose(number).map(Pose)
     }
 
@@ -312,6 +186,22 @@ impl Tracker {
         let colors = PyArrayMethods::reshape(&colors, [count, 3])?;
         Ok((rows(py, &points, 3), rows(py, &normals, 3), colors))
     }
+}
+
+const fn whole(name: &'static str) -> Wanted {
+    Wanted { name, what: "a whole number, 0 or more", class: "TrackError" }
+}
+
+fn whole_resolution(given: &Bound<'_, PyAny>) -> PyResult<usize> {
+    read_whole(given, whole("resolution"))
+}
+
+fn whole_threads(given: &Bound<'_, PyAny>) -> PyResult<usize> {
+    read_whole(given, whole("threads"))
+}
+
+fn whole_number(given: &Bound<'_, PyAny>) -> PyResult<usize> {
+    read_whole(given, whole("number"))
 }
 
 type Surface<'py> =

@@ -72,6 +72,17 @@ pub enum ShapeError {
         /// Its coordinates.
         corner: [f64; 3],
     },
+    /// A surface is to be rebuilt from too many cells.
+    #[error(
+        "a surface is rebuilt from at most {most} cells along its longest side, but {cells} were \
+         requested; use fewer"
+    )]
+    Cells {
+        /// How many were requested.
+        cells: usize,
+        /// Most cells.
+        most: usize,
+    },
     /// A triangle refers to a vertex that does not exist.
     #[error("the mesh has {corners} vertices, counted from 0, but a triangle refers to {face:?}")]
     Face {

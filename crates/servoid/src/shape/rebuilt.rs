@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::parallel::*;
 use nalgebra::Vector3;
 
-use super::Soup;
+use super::{ShapeError, Soup};
 
 /// Winding number at the surface.
 const LEVEL: f64 = 0.5;
@@ -79,14 +79,27 @@ impl Shape {
 }
 
 impl Soup {
+    /// Most cells along the longest side of a rebuilt surface; their grid takes about 1 GB.
+    pub const MAX_CELLS: usize = 1000;
+
     /// Rebuilds the surface where the winding number is a half, on a grid with `cells` along the
     /// longest side, by marching tetrahedra. Returns none if the triangles enclose nothing.
-    #[must_use]
-    pub fn rebuilt(&self, cells: usize) -> Option<Rebuilt> {
-        let (low, high) = self.bounds()?;
-        if (high - low).max() <= 0.0 {
-            return None;
+    ///
+    /// # Errors
+    /// If there are more cells than `MAX_CELLS`.
+    pub fn rebuilt(&self, cells: usize) -> Result<Option<Rebuilt>, ShapeError> {
+        if cells > Self::MAX_CELLS {
+            return Err(ShapeError::Cells { cells, most: Self::MAX_CELLS });
         }
+        let sized = self.bounds().filter(|(low, high)| (high - low).max() > 0.0);
+        Ok(sized.and_then(|bounds| self.rebuilt_within(bounds, cells)))
+    }
+
+    fn rebuilt_within(
+        &self,
+        (low, high): (Vector3<f64>, Vector3<f64>),
+        cells: usize,
+    ) -> Option<Rebuilt> {
         let lattice = Lattice::over(low, high, cells.max(2));
         let is_in = self.insides(&lattice);
         let (edges, faces) = marched(&lattice, &is_in);

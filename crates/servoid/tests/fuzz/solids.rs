@@ -33,7 +33,8 @@ pub fn any(draw: &mut Draw) -> Result<(), String> {
     if open.is_nan() || open.abs() > 1.0 + 1e-9 {
         return Err(format!("fronts see {open} more than backs"));
     }
-    let Some(built) = soup.rebuilt(draw.pick(&[0, 2, 8, 12])) else { return Ok(()) };
+    let built = soup.rebuilt(draw.pick(&[0, 2, 8, 12])).map_err(|e| e.to_string())?;
+    let Some(built) = built else { return Ok(()) };
     match Mesh::new(built.vertices, built.faces) {
         Ok(_) | Err(ShapeError::Volume(_)) => Ok(()),
         Err(fault) => Err(format!("what was built anew: {fault}")),

@@ -1,0 +1,36 @@
+"""A tracker refuses numbers that no call can take, by an error of servoid."""
+
+import numpy as np
+import pytest
+from fake_tracker import plain_body
+
+from servoid.camera import Camera
+from servoid.errors import TrackError
+from servoid.pose import Pose
+from servoid.track import Tracker
+
+IMAGE = np.random.default_rng(0).integers(0, 255, (120, 160, 3), dtype=np.uint8)
+FAR = Pose.from_parts([0.0, 0.0, 0.6], [1.0, 0.0, 0.0, 0.0])
+
+
+@pytest.fixture
+def tracker() -> Tracker:
+    started = Tracker(Camera.from_fov((160, 120), 60.0), plain_body())
+    started.start(0.0, Pose.identity(), IMAGE, FAR)
+    return started
+
+
+@pytest.mark.parametrize("given", [-1, 2**80])
+@pytest.mark.parametrize("name", ["resolution", "threads"])
+def test_terms_are_scored_at_whole_numbers_from_zero(
+    name: str, given: int, tracker: Tracker
+) -> None:
+    poses = [[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.6]]
+    with pytest.raises(TrackError, match=f"{name} must be a whole number.*{given} was given"):
+        tracker.score_terms(0.1, Pose.identity(), IMAGE, poses, **{name: given})
+
+
+@pytest.mark.parametrize("given", [-1, 2**80])
+def test_keyframes_are_numbered_from_zero(given: int, tracker: Tracker) -> None:
+    with pytest.raises(TrackError, match=f"number must be a whole number.*{given} was given"):
+        tracker.keyframe_pose(given)

@@ -877,7 +877,8 @@ class OneStepTracker:
 class Tracker:
     """Tracks a body in six degrees of freedom from observation to observation.
 
-    It is constructed from cameras and a body; raises TrackError.
+    It is constructed from cameras and a body; raises TrackError. It takes one call at a time: while
+    one thread calls it, the calls of others raise TrackError.
     """
 
     TAKES_DEPTHS: ClassVar[bool]
@@ -936,13 +937,14 @@ class Tracker:
         image's own, 2 for the coarsest. Nothing is learned. Raises TrackError, PoseError.
         """
     def appearance(self) -> bytes:
-        """The object's appearance as far as it was learned, as bytes."""
+        """The object's appearance as far as it was learned, as bytes. Raises TrackError."""
     def recall(self, appearance: bytes) -> None:
         """Restores the appearance of an object, as returned by `appearance`. Raises TrackError."""
     def begin_evolving(self) -> bool:
         """
         Starts to evolve the body by the sides that were seen, in a separate thread; returns whether
         there is anything new. The fifth estimate after this call reports that it has `evolved`.
+        Raises TrackError.
         """
     def evolve(self) -> bool:
         """Evolves the body by the sides that were seen, between images, and waits for the result;

@@ -1,4 +1,6 @@
-"""A tracker refuses numbers that no call can take, by an error of servoid."""
+"""A tracker refuses calls that it cannot take by an error of servoid."""
+
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -34,3 +36,19 @@ def test_terms_are_scored_at_whole_numbers_from_zero(
 def test_keyframes_are_numbered_from_zero(given: int, tracker: Tracker) -> None:
     with pytest.raises(TrackError, match=f"number must be a whole number.*{given} was given"):
         tracker.keyframe_pose(given)
+
+
+def test_a_tracker_takes_one_call_at_a_time_and_says_so(tracker: Tracker) -> None:
+    poses = np.tile([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.6], (20_000, 1))
+    scoring = Thread(target=tracker.score_terms, args=(0.1, Pose.identity(), IMAGE, poses))
+    scoring.start()
+    refused = 0
+    while scoring.is_alive() and not refused:
+        assert tracker.body == tracker.body
+        try:
+            tracker.step(0.1, Pose.identity(), IMAGE)
+        except TrackError as error:
+            refused += "another thread is calling this tracker" in str(error)
+    scoring.join()
+    assert refused
+    tracker.step(0.2, Pose.identity(), IMAGE)

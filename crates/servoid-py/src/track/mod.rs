@@ -14,6 +14,7 @@ use servoid::track as core;
 
 use crate::camera::{Camera, Pixels};
 use crate::errors::{named, raise};
+use crate::held::Held;
 use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
 use crate::taking::{GivenMask, Listed, Picture, Seconds, Wanted, described, read_whole};
@@ -31,9 +32,10 @@ type Depths<'py> = Listed<Option<Metres>>;
 
 /// Tracks a body in six degrees of freedom from observation to observation.
 ///
-/// It is constructed from cameras and a body; raises TrackError.
-#[pyclass(module = "servoid.track")]
-pub struct Tracker(core::Tracker);
+/// It is constructed from cameras and a body; raises TrackError. It takes one call at a time: while
+/// one thread calls it, the calls of others raise TrackError.
+#[pyclass(frozen, module = "servoid.track")]
+pub struct Tracker(Held<core::Tracker>);
 
 #[pymethods]
 impl Tracker {
@@ -47,7 +49,8 @@ impl Tracker {
     fn new(cameras: Listed<Camera>, body: Body, settings: Option<TrackSettings>) -> PyResult<Self> {
         let cameras: Vec<_> = cameras.0.iter().map(|camera| camera.0).collect();
         let settings = settings.map(|settings| settings.0).unwrap_or_default();
-        core::Tracker::new(&cameras, &body.0, settings).map(Self).map_err(raise)
+        let tracker = core::Tracker::new(&cameras, &body.0, settings).map_err(raise)?;
+        Ok(Self(Held::new(tracker)))
     }
 
     /// Learns colours and surface points from images in which the object's pose is known; masks,
@@ -56,7 +59,7 @@ impl Tracker {
     #[allow(clippy::too_many_arguments, reason = "an observation has four parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn start(
-        &mut self,
+        &self,
         py: Python<'_>,
         time_s: Seconds,
         world_from_camera: Listed<Pose>,
@@ -70,7 +73,8 @@ impl Tracker {
         let masks = read_masks(&masks)?;
         let observation = observation(time_s.0, &world_from_camera.0, &images, &depths)?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
-        let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
+        let tracker = &mut *self.0.write()?;
+        let started = py.detach(|| tracker.start(&observation, world_from_object.0, &masks));
         started.map(Estimate::from).map_err(raise)
     }
 
@@ -80,7 +84,7 @@ impl Tracker {
     #[pyo3(signature = (time_s, world_from_camera, images, depths=None))]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn step(
-        &mut self,
+        &self,
         py: Python<'_>,
         time_s: Seconds,
         world_from_camera: Listed<Pose>,
@@ -89,7 +93,8 @@ impl Tracker {
     ) -> PyResult<Estimate> {
         let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
         let observation = observation(time_s.0, &world_from_camera.0, &images, &depths)?;
-        py.detach(|| self.0.step(&observation)).map(Estimate::from).map_err(raise)
+        let tracker = &mut *self.0.write()?;
+        py.detach(|| tracker.step(&observation)).map(Estimate::from).map_err(raise)
     }
 
     /// Searches for the object with all that is known of it, near a pose if one is given, and
@@ -98,7 +103,7 @@ impl Tracker {
     #[allow(clippy::too_many_arguments, reason = "an observation has four parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn find(
-        &mut self,
+        &self,
         py: Python<'_>,
         time_s: Seconds,
         world_from_camera: Listed<Pose>,
@@ -109,7 +114,8 @@ impl Tracker {
         let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
         let observation = observation(time_s.0, &world_from_camera.0, &images, &depths)?;
         let near = near.map(|pose| pose.0);
-        py.detach(|| self.0.find(&observation, near)).map(Estimate::from).map_err(raise)
+        let tracker = &mut *self.0.write()?;
+        py.detach(|| tracker.find(&observation, near)).map(Estimate::from).map_err(raise)
     }
 
     /// Scores poses in images by what was learned so far: poses (N, 7) float64, world_from_object
@@ -132,55 +138,64 @@ impl Tracker {
         let images = read(&images)?;
         let observation = observation(time_s.0, &world_from_camera.0, &images, &[])?;
         let poses = read_poses(poses)?;
-        let weighed = py.detach(|| self.0.score_terms(&observation, &poses, resolution, threads));
+        let tracker = &*self.0.read()?;
+        let weighed = py.detach(|| tracker.score_terms(&observation, &poses, resolution, threads));
         let weighed = weighed.map_err(raise)?;
         let values: Vec<f64> = weighed.iter().flat_map(|one| [one.region, one.surface]).collect();
         Ok(rows(py, &values, 2))
     }
 
-    /// The object's appearance as far as it was learned, as bytes.
-    fn appearance<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        PyBytes::new(py, &self.0.appearance().to_bytes())
+    /// The object's appearance as far as it was learned, as bytes. Raises TrackError.
+    fn appearance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &self.0.read()?.appearance().to_bytes()))
     }
 
     /// Restores the appearance of an object, as returned by `appearance`. Raises TrackError.
-    fn recall(&mut self, appearance: &[u8]) -> PyResult<()> {
-        self.0.recall(&core::Appearance::from_bytes(appearance).map_err(raise)?);
+    fn recall(&self, appearance: &[u8]) -> PyResult<()> {
+        let appearance = core::Appearance::from_bytes(appearance).map_err(raise)?;
+        self.0.write()?.recall(&appearance);
         Ok(())
     }
 
     /// Starts to evolve the body by the sides that were seen, in a separate thread; returns whether
     /// there is anything new. The fifth estimate after this call reports that it has `evolved`.
-    fn begin_evolving(&mut self) -> bool {
-        self.0.begin_evolving()
+    /// Raises TrackError.
+    fn begin_evolving(&self) -> PyResult<bool> {
+        Ok(self.0.write()?.begin_evolving())
     }
 
     /// Evolves the body by the sides that were seen, between images, and waits for the result;
     /// returns whether it changed. Raises TrackError, ModelError.
-    fn evolve(&mut self, py: Python<'_>) -> PyResult<bool> {
-        py.detach(|| self.0.evolve()).map_err(raise)
+    fn evolve(&self, py: Python<'_>) -> PyResult<bool> {
+        let tracker = &mut *self.0.write()?;
+        py.detach(|| tracker.evolve()).map_err(raise)
     }
 
     /// Returns the pose of the object at a keyframe, by its number in `Estimate.keyframes`, as
     /// currently estimated; None if there was none. Raises TrackError.
-    fn keyframe_pose(&self, #[pyo3(from_py_with = whole_number)] number: usize) -> Option<Pose> {
-        self.0.keyframe_pose(number).map(Pose)
+    fn keyframe_pose(
+        &self,
+        #[pyo3(from_py_with = whole_number)] number: usize,
+    ) -> PyResult<Option<Pose>> {
+        Ok(self.0.read()?.keyframe_pose(number).map(Pose))
     }
 
     /// The body at its latest pose.
     #[getter]
     fn body(&self) -> PyResult<Body> {
-        self.0.body().map(Body).map_err(raise)
+        self.0.read()?.body().map(Body).map_err(raise)
     }
 
     /// The surface points: (N, 3) float64 in metres and their normals (N, 3) float64, in the
     /// object's frame, and their colours (N, 3) uint8.
     #[getter]
     fn surface<'py>(&self, py: Python<'py>) -> PyResult<Surface<'py>> {
+        let tracker = self.0.read()?;
         let points: Vec<f64> =
-            self.0.surface().flat_map(|p| <[f64; 3]>::from(p.position)).collect();
-        let normals: Vec<f64> = self.0.surface().flat_map(|p| <[f64; 3]>::from(p.normal)).collect();
-        let colors: Vec<[u8; 3]> = self.0.surface().map(|p| p.color).collect();
+            tracker.surface().flat_map(|p| <[f64; 3]>::from(p.position)).collect();
+        let normals: Vec<f64> =
+            tracker.surface().flat_map(|p| <[f64; 3]>::from(p.normal)).collect();
+        let colors: Vec<[u8; 3]> = tracker.surface().map(|p| p.color).collect();
         let count = colors.len();
         let colors = PyArray1::from_vec(py, colors.concat());
         let colors = PyArrayMethods::reshape(&colors, [count, 3])?;

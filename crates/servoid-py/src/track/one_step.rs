@@ -5,6 +5,7 @@ use servoid::track as core;
 
 use crate::camera::Camera;
 use crate::errors::{named, raise};
+use crate::held::Held;
 use crate::pose::Pose;
 use crate::settings::Settings;
 use crate::shape::Body;
@@ -206,8 +207,8 @@ fn objective(
 /// Tracks a body by one generation of a genetic algorithm per image, as the paper does.
 ///
 /// It is constructed from the cameras, the body and the settings; raises TrackError, ImageError.
-#[pyclass(module = "servoid._native")]
-pub struct OneStepTracker(core::OneStep);
+#[pyclass(frozen, module = "servoid._native")]
+pub struct OneStepTracker(Held<core::OneStep>);
 
 #[pymethods]
 impl OneStepTracker {
@@ -221,7 +222,8 @@ impl OneStepTracker {
     ) -> PyResult<Self> {
         let cameras: Vec<_> = cameras.0.iter().map(|camera| camera.0).collect();
         let settings = settings.map(|settings| settings.0).unwrap_or_default();
-        core::OneStep::new(&cameras, &body.0, settings).map(Self).map_err(raise)
+        let tracker = core::OneStep::new(&cameras, &body.0, settings).map_err(raise)?;
+        Ok(Self(Held::new(tracker)))
     }
 
     /// Starts with the object at a known pose, and learns its colours from masks, (H, W) uint8, or
@@ -231,7 +233,7 @@ impl OneStepTracker {
     #[allow(clippy::too_many_arguments, reason = "an observation has three parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn start(
-        &mut self,
+        &self,
         py: Python<'_>,
         time_s: Seconds,
         world_from_camera: Listed<Pose>,
@@ -244,7 +246,8 @@ impl OneStepTracker {
         let masks = read_masks(&masks)?;
         let observation = observation(time_s.0, &world_from_camera.0, &images, &[])?;
         let masks = masks.iter().map(mask).collect::<PyResult<Vec<_>>>()?;
-        let started = py.detach(|| self.0.start(&observation, world_from_object.0, &masks));
+        let tracker = &mut *self.0.write()?;
+        let started = py.detach(|| tracker.start(&observation, world_from_object.0, &masks));
         started.map(Estimate::from).map_err(raise)
     }
 
@@ -252,7 +255,7 @@ impl OneStepTracker {
     /// Raises TrackError, ImageError.
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn step(
-        &mut self,
+        &self,
         py: Python<'_>,
         time_s: Seconds,
         world_from_camera: Listed<Pose>,
@@ -260,16 +263,17 @@ impl OneStepTracker {
     ) -> PyResult<Estimate> {
         let images = read(&images)?;
         let observation = observation(time_s.0, &world_from_camera.0, &images, &[])?;
-        py.detach(|| self.0.step(&observation)).map(Estimate::from).map_err(raise)
+        let tracker = &mut *self.0.write()?;
+        py.detach(|| tracker.step(&observation)).map(Estimate::from).map_err(raise)
     }
 
     /// Sets the orientation of the object in the world, a unit quaternion (w, x, y, z), where it is
     /// known. Raises TrackError before the start, PoseError.
-    fn set_orientation(&mut self, world_from_object: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_orientation(&self, world_from_object: &Bound<'_, PyAny>) -> PyResult<()> {
         let what = "4 numbers (w, x, y, z)";
         let wanted = Wanted { name: "world_from_object", what, class: "PoseError" };
         let world_from_object = read_numbers(world_from_object, wanted)?;
         let pose = servoid::pose::Pose::from_parts([0.0; 3], world_from_object).map_err(raise)?;
-        self.0.set_orientation(pose.rotation()).map_err(raise)
+        self.0.write()?.set_orientation(pose.rotation()).map_err(raise)
     }
 }

@@ -93,7 +93,7 @@ impl Pose {
     fn from_rvec_tvec(rvec: &Bound<'_, PyAny>, tvec: &Bound<'_, PyAny>) -> PyResult<Self> {
         let rvec: [f64; 3] = read_numbers(rvec, wanted("rvec", "3 numbers in radians"))?;
         let tvec: [f64; 3] = read_numbers(tvec, wanted("tvec", "3 numbers in metres"))?;
-        finite(&[rvec, tvec].concat())?;
+        checked(&[&rvec, &tvec])?;
         let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(rvec));
         Ok(Self(core::Pose::from_rotation(rotation, tvec.into())))
     }
@@ -122,7 +122,7 @@ impl Pose {
             return Err(named("PoseError", message));
         }
         let translation = translation.map_or(Ok([0.0; 3]), |t| read_numbers(t, TRANSLATION))?;
-        finite(&[numbers.as_slice(), &translation].concat())?;
+        checked(&[&numbers, &translation])?;
         let rotation = sequence.rotation(&numbers);
         Ok(Self(core::Pose::from_rotation(rotation, translation.into())))
     }
@@ -131,7 +131,7 @@ impl Pose {
     #[staticmethod]
     fn exp(twist: &Bound<'_, PyAny>) -> PyResult<Self> {
         let twist = read_numbers::<6>(twist, wanted("twist", "6 numbers (linear, angular)"))?;
-        finite(&twist)?;
+        checked(&[&twist[..3], &twist[3..]])?;
         Ok(Self(core::Pose::exp(&Vector6::from(twist))))
     }
 
@@ -213,7 +213,9 @@ impl Pose {
         let Ok(other) = other.cast::<Self>() else {
             return not_joined(py, other);
         };
-        Ok(Self(self.0 * other.get().0).into_pyobject(py)?.into_any().unbind())
+        let product = self.0 * other.get().0;
+        checked(&[product.translation().as_slice()])?;
+        Ok(Self(product).into_pyobject(py)?.into_any().unbind())
     }
 
     fn __rmatmul__<'py>(&self, py: Python<'py>, other: &Bound<'py, PyAny>) -> PyResult<Py<PyAny>> {
@@ -258,11 +260,9 @@ pub fn as_it_was(quaternion: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))
 }
 
-fn finite(numbers: &[f64]) -> PyResult<()> {
-    match numbers.iter().find(|x| !x.is_finite()) {
-        Some(&bad) => Err(raise(core::PoseError::NotFinite(bad))),
-        None => Ok(()),
-    }
+/// Rejects vectors that poses cannot be computed with.
+fn checked(vectors: &[&[f64]]) -> PyResult<()> {
+    vectors.iter().try_for_each(|vector| core::check_vector(vector)).map_err(raise)
 }
 
 /// Raises an error for a pose and points; other types may implement the operation themselves.

@@ -19,6 +19,17 @@ pub enum PoseError {
     /// A number is NaN or infinite.
     #[error("a pose must be made of finite numbers, but it holds {0}")]
     NotFinite(f64),
+    /// A length or an angle is too large to compute with.
+    #[error(
+        "a pose is made of lengths and angles of at most {most:e} metres or radians, but one is \
+         {given:e}"
+    )]
+    TooLarge {
+        /// The length or the angle.
+        given: f64,
+        /// The most that is accepted.
+        most: f64,
+    },
     /// The 3x3 block is not a rotation.
     #[error(
         "the 3x3 block of a pose must be a rotation, but its columns are off by {deviation:.3e} \
@@ -54,10 +65,28 @@ pub enum PoseError {
 /// Largest entry of |RᵀR − 1| that is accepted as rounding of printed numbers.
 const RIGID_TOLERANCE: f64 = 1e-4;
 
+/// Rejects a vector of metres or radians, of a pose's translation, rotation or velocity, that poses
+/// cannot be computed with.
+///
+/// # Errors
+/// If a number is not finite, or the vector is longer than `Pose::MAX_LENGTH`.
+pub fn check_vector(vector: &[f64]) -> Result<(), PoseError> {
+    if let Some(&bad) = vector.iter().find(|x| !x.is_finite()) {
+        return Err(PoseError::NotFinite(bad));
+    }
+    let length = vector.iter().fold(0.0, |length, &x| libm::hypot(length, x));
+    let most = Pose::MAX_LENGTH;
+    if length > most {
+        return Err(PoseError::TooLarge { given: length, most });
+    }
+    Ok(())
+}
+
 fn check_rigid(matrix: &Matrix4<f64>) -> Result<(), PoseError> {
     if let Some(&bad) = matrix.iter().find(|x| !x.is_finite()) {
         return Err(PoseError::NotFinite(bad));
     }
+    check_vector(&[matrix[(0, 3)], matrix[(1, 3)], matrix[(2, 3)]])?;
     let last = [matrix[(3, 0)], matrix[(3, 1)], matrix[(3, 2)], matrix[(3, 3)]];
     if last != [0.0, 0.0, 0.0, 1.0] {
         return Err(PoseError::LastRow(last));

@@ -3,7 +3,7 @@ use nalgebra::{
     UnitQuaternion, Vector3, Vector6,
 };
 
-use super::{PoseError, check_rigid};
+use super::{PoseError, check_rigid, check_vector};
 
 /// A velocity or a small motion: (linear, angular), in metres and radians.
 pub type Twist = Vector6<f64>;
@@ -16,6 +16,10 @@ pub type Twist = Vector6<f64>;
 pub struct Pose(Isometry3<f64>);
 
 impl Pose {
+    /// Longest translation in metres, and rotation vector in radians, that poses are made of: up to
+    /// it all that is computed with one or two of them is finite.
+    pub const MAX_LENGTH: f64 = 1e100;
+
     /// Returns the identity.
     #[must_use]
     pub fn identity() -> Self {
@@ -25,7 +29,7 @@ impl Pose {
     /// Reads a 4x4 homogeneous matrix.
     ///
     /// # Errors
-    /// If a number is not finite, the 3x3 block is not a rotation or the last row is not 0 0 0 1.
+    /// If a number is not finite or too large, the 3x3 block is not a rotation or the last row is not 0 0 0 1.
     pub fn from_matrix(matrix: &Matrix4<f64>) -> Result<Self, PoseError> {
         check_rigid(matrix)?;
         let block: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
@@ -38,11 +42,12 @@ impl Pose {
     /// Makes a pose of a translation in metres and a quaternion (w, x, y, z).
     ///
     /// # Errors
-    /// If a number is not finite or the quaternion is not of unit length.
+    /// If a number is not finite or too large, or the quaternion is not of unit length.
     pub fn from_parts(translation: [f64; 3], quaternion: [f64; 4]) -> Result<Self, PoseError> {
         if let Some(&bad) = translation.iter().chain(&quaternion).find(|x| !x.is_finite()) {
             return Err(PoseError::NotFinite(bad));
         }
+        check_vector(&translation)?;
         let [w, x, y, z] = quaternion;
         let quaternion = Quaternion::new(w, x, y, z);
         if (quaternion.norm() - 1.0).abs() > 1e-3 {

@@ -15,11 +15,17 @@ pub struct Ellipsoid {
 }
 
 impl Ellipsoid {
+    /// Smallest radius in metres: moments of inertia hold its fifth power.
+    pub const MIN_RADIUS: f64 = 1e-50;
+    /// Largest radius and coordinate of a centre in metres.
+    pub const MAX_LENGTH: f64 = 1e50;
+
     /// Makes an ellipsoid of centre and radii in metres and an orientation (w, x, y, z). Errors
     /// refer to it by `index`.
     ///
     /// # Errors
-    /// If a number is not finite, a radius is not positive or the quaternion is not of unit length.
+    /// If a number is not finite or too large, a radius is not positive or too small, or the
+    /// quaternion is not of unit length.
     pub fn new(
         index: usize,
         center: [f64; 3],
@@ -33,6 +39,13 @@ impl Ellipsoid {
         }
         if !radii.iter().all(|&r| r > 0.0) {
             return Err(ShapeError::Radii { index, radii });
+        }
+        let (least, most) = (Self::MIN_RADIUS, Self::MAX_LENGTH);
+        if let Some(&value) = radii.iter().find(|&&r| !(least..=most).contains(&r)) {
+            return Err(ShapeError::Size { index, what: "radii", value, least, most });
+        }
+        if let Some(&value) = center.iter().find(|x| x.abs() > most) {
+            return Err(ShapeError::Size { index, what: "center", value, least, most });
         }
         let rotation = Pose::from_parts([0.0; 3], rotation)
             .map_err(|source| ShapeError::Rotation { index, source })?

@@ -48,6 +48,23 @@ pub enum ShapeError {
         /// Its radii.
         radii: [f64; 3],
     },
+    /// A radius, or the distance from the origin, is beyond what can be computed with.
+    #[error(
+        "ellipsoid {index}: its radii must be {least:e} to {most:e} m and its center within \
+         {most:e} m, but {value:e} is given for its {what}"
+    )]
+    Size {
+        /// Which ellipsoid.
+        index: usize,
+        /// Which of its parts.
+        what: &'static str,
+        /// The number.
+        value: f64,
+        /// Smallest radius.
+        least: f64,
+        /// Largest radius and coordinate.
+        most: f64,
+    },
     /// The rotation is not a unit quaternion.
     #[error("ellipsoid {index}: its rotation: {source}")]
     Rotation {

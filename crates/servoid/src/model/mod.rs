@@ -51,6 +51,18 @@ pub enum ModelError {
         /// Points required.
         least: usize,
     },
+    /// The measured points are one point, or lie on a line.
+    #[error(
+        "the {given} measured points {what}, and so determine no shape; measure points over the \
+         whole surface that is seen, and check that their x, y and z were read from the right \
+         columns"
+    )]
+    NoSurface {
+        /// Points given.
+        given: usize,
+        /// What they do instead of covering a surface.
+        what: &'static str,
+    },
     /// The lines of sight are parallel or the cameras are at one position.
     #[error(
         "the views' lines of sight to the object are parallel or start at one position, so its \

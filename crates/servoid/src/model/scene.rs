@@ -84,7 +84,7 @@ fn frame_and_unit(given: &ModelInput<'_>) -> Result<(Pose, f64), ModelError> {
         }
     }
     if has_samples {
-        return Ok(about_samples(given.samples));
+        return about_samples(given.samples);
     }
     if given.views.is_empty() && !given.samples.is_empty() {
         return Err(ModelError::TooFewRangeSamples {
@@ -104,15 +104,29 @@ fn about_views(views: &[View<'_>], origin: Vector3<f64>) -> (Pose, f64) {
 /// Fewer measured points than this do not determine a shape.
 const LEAST_SAMPLES: usize = 50;
 
+/// Share of the largest coordinate by which equal points may differ after rounding.
+const ROUNDING: f64 = 1e-12;
+/// Largest width of points on a line, as a share of their length.
+const THIN: f64 = 1e-6;
+
 /// Returns the principal frame of measured points and their mean distance from its origin.
-fn about_samples(samples: &[RangeSample]) -> (Pose, f64) {
+fn about_samples(samples: &[RangeSample]) -> Result<(Pose, f64), ModelError> {
     let count = samples.len() as f64;
     let centroid = samples.iter().map(|sample| sample.point).sum::<Vector3<f64>>() / count;
     let offsets = || samples.iter().map(|sample| sample.point - centroid);
     let spread = offsets().map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / count;
     let radius = offsets().map(|d| d.norm()).sum::<f64>() / count;
+    let refused = |what| Err(ModelError::NoSurface { given: samples.len(), what });
+    if radius <= ROUNDING * samples.iter().map(|sample| sample.point.amax()).fold(0.0, f64::max) {
+        return refused("are all at one position");
+    }
+    let mut squared = <[f64; 3]>::from(spread.symmetric_eigenvalues());
+    squared.sort_by(f64::total_cmp);
+    if squared[1] <= THIN * THIN * squared[2] {
+        return refused("lie on a line");
+    }
     let lean = |axis: &Vector3<f64>| offsets().map(|d| d.dot(axis).powi(3)).sum();
-    (Pose::principal(centroid, &spread, lean), radius)
+    Ok((Pose::principal(centroid, &spread, lean), radius))
 }
 
 /// Cost of a unit of anisotropy in F: small enough to matter only where the views do not decide;

@@ -33,6 +33,11 @@ impl Pool {
     }
 }
 
+/// Returns the number of the process: another one in a forked child, to which threads do not come.
+pub(crate) fn process() -> u32 {
+    std::process::id()
+}
+
 /// Rayon's parallel iterators, which also work in a forked child.
 ///
 /// Outside an installed pool they run on the threads of the process. A child inherits that pool

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, View
+from servoid.pose import exact
 from servoid.words import counted, digits
 
 _LEAST_OF_ONE = 0.3  # an intersection over union below which a view contradicts the body
@@ -61,7 +62,7 @@ def swapped_note(touching: Sequence[bool]) -> str | None:
 def far_note(body: Body, views: Sequence[View]) -> str | None:
     """Report an object so far from all cameras that its lengths can hardly be in metres."""
     away = [
-        float(np.linalg.norm(np.subtract(body.world_from_object.translation, eye)))
+        exact.norm(np.subtract(body.world_from_object.translation, eye))
         for eye in (view.world_from_camera.translation for view in views)
     ]
     if min(away, default=0.0) < _FAR_M:

@@ -1,7 +1,9 @@
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, LazyLock, mpsc};
-use std::{process, thread};
+use std::thread;
+
+use crate::parallel::process;
 
 /// A computation beside the tracker whose result is due some observations later. Copies wait for
 /// the same result.
@@ -57,7 +59,7 @@ impl<T: Clone + Send + Sync + 'static> Job<T> {
             let found = compute();
             Box::new(move || Some(found))
         };
-        Self { result: Arc::new(LazyLock::new(result)), compute, process: process::id(), wait }
+        Self { result: Arc::new(LazyLock::new(result)), compute, process: process(), wait }
     }
 
     /// Counts an observation; returns whether the job is due, however long it takes.
@@ -83,7 +85,7 @@ impl<T: Clone + Send + Sync + 'static> Job<T> {
 
     /// Returns whether this is a forked child: it has no thread to wait for.
     fn is_inherited(&self) -> bool {
-        self.process != process::id()
+        self.process != process()
     }
 }
 

@@ -20,6 +20,7 @@ use super::target::Target;
 use super::target::points::Feature;
 use super::target::solid::Solid;
 use super::trust::{ADRIFT_RAD, CLEAR, Trust, is_turn_reliable, shows_turn};
+use super::update::detect::Cells;
 use super::update::growth::Evolving;
 use crate::camera::{Camera, Observation};
 use crate::evolve;
@@ -40,6 +41,7 @@ pub struct Tracker {
     pub(super) jitter: Jitter,
     pub(super) workspace: Workspace,
     pub(super) fresh: Vec<Feature>,
+    pub(super) cells: Cells,
     /// Running mean of the prediction error, in metres and radians.
     pub(super) innovation: Deviation,
     pub(super) status: Status,
@@ -89,6 +91,7 @@ impl Tracker {
             newest: None,
             workspace: Workspace::default(),
             fresh: Vec::new(),
+            cells: Cells::default(),
             status: Status::Searching,
             trust: Trust::unstarted(),
             cell: 0,

@@ -50,13 +50,22 @@ pub(crate) struct DetectionPlan<'a> {
     pub(crate) masks: &'a [Option<Mask<'a>>],
 }
 
+/// What a detection knows of a camera's window, in memory that is reused from image to image.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Cells {
+    /// The cells well inside the outline.
+    inside: Vec<usize>,
+    /// The pixels of points that are already known.
+    taken: Vec<Vector2<f64>>,
+}
+
 /// Detects new surface points in cells of each window that contain no point of `taken`.
 pub(crate) fn detect(
     inputs: &Inputs<'_>,
     pose: &Pose,
     (taken, occlusion): (&[InView], &Occlusion),
     plan: &DetectionPlan<'_>,
-    (rims, out): (&mut Rims, &mut Vec<Feature>),
+    (rims, cells, out): (&mut Rims, &mut Cells, &mut Vec<Feature>),
 ) {
     for camera in 0..inputs.windows.len() {
         let Some(projection) = inputs.windows[camera].projection(pose) else { continue };
@@ -64,7 +73,7 @@ pub(crate) fn detect(
         let Some(grain) = grain(inputs, &projection) else { continue };
         rims.read(inputs.solid, &projection);
         let known = (taken, &*rims, occlusion);
-        let corners = corners(inputs, (camera, &projection), known, (plan, grain));
+        let corners = corners(inputs, (camera, &projection), known, (plan, grain), cells);
         for pixel in corners.take(plan.tries) {
             let reach = rims.margin(&pixel);
             let scale = (grain, reach);
@@ -86,6 +95,7 @@ fn corners<'a>(
     (camera, projection): (usize, &'a Projection),
     (taken, outline, occlusion): (&'a [InView], &'a Rims, &'a Occlusion),
     (plan, grain): (&'a DetectionPlan<'_>, f64),
+    cells: &'a mut Cells,
 ) -> impl Iterator<Item = Vector2<f64>> + 'a {
     let pyramid = &inputs.windows[camera].pyramid;
     let first = Vector2::from(pyramid.first_px().map(|x| x as f64));
@@ -97,19 +107,22 @@ fn corners<'a>(
     let middle =
         move |cell: usize| first + Vector2::from(first_px(cell).map(|x| (x + side / 2) as f64));
     let is_inside = |cell: &usize| outline.margin(&middle(*cell)) >= LEAST_MARGIN * grain;
-    let inside: Vec<_> = (0..across * down).filter(is_inside).collect();
-    let count = inside.len();
+    cells.inside.clear();
+    cells.inside.extend((0..across * down).filter(is_inside));
+    let count = cells.inside.len();
     let from = plan.from % count.max(1);
-    let turns = (from..from + plan.cells.min(count)).map(move |turn| inside[turn % count]);
     let pixels = taken.iter().filter(|view| view.camera == camera).filter_map(|view| {
         let point = &inputs.points.features[view.point].point;
         Some(projection.pixel(&point.position)?.0)
     });
-    let pixels: Vec<_> = pixels.collect();
+    cells.taken.clear();
+    cells.taken.extend(pixels);
+    let Cells { inside, taken } = &*cells;
+    let turns = (from..from + plan.cells.min(count)).map(move |turn| inside[turn % count]);
     turns.filter_map(move |cell| {
         let center = middle(cell);
         let near = |pixel: &Vector2<f64>| (pixel - center).amax() < 0.8 * side as f64;
-        if occlusion.hides(camera, &center) > 0.0 || pixels.iter().any(near) {
+        if occlusion.hides(camera, &center) > 0.0 || taken.iter().any(near) {
             return None;
         }
         let pixel = first + Vector2::from(best_corner(plane, first_px(cell), grain)?);

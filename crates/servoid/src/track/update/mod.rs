@@ -159,7 +159,8 @@ impl Tracker {
         let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
         self.fresh.clear();
         let known = (&*self.workspace.visible, &self.workspace.occlusion);
-        detect(&inputs, pose, known, plan, (&mut self.workspace.rims, &mut self.fresh));
+        let (rims, cells) = (&mut self.workspace.rims, &mut self.cells);
+        detect(&inputs, pose, known, plan, (rims, cells, &mut self.fresh));
         let (drift, keyframe) =
             (self.drift_of_new_points(), self.keyframe_around(observation, pose));
         for feature in &mut self.fresh {

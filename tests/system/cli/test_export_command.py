@@ -121,10 +121,9 @@ def sized(radius: float) -> BodyFile:
     )
 
 
-@pytest.mark.parametrize("radius", [1e-120, 1e120])
-def test_a_body_whose_mass_no_number_holds_is_refused(tmp_path: Path, radius: float) -> None:
+def test_a_body_whose_mass_no_number_holds_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="are its lengths in metres"):
-        export_body(sized(radius), tmp_path / "b.xml", "mjcf")
+        export_body(sized(1e-49), tmp_path / "b.xml", "mjcf", density_kg_m3=1e-100)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -25,7 +25,7 @@ from servoid.source.source import Instant
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-FAR = pytest.mark.parametrize("distance", [2e4, 1e155, 1e200, 1e308])
+FAR = pytest.mark.parametrize("distance", [2e4, 1e50, 1e99])
 
 
 def away(distance: float) -> Pose:

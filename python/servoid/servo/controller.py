@@ -309,7 +309,8 @@ class Controller:
         check_state(state, self._arm.joints)
         if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
             return None
-        if not self._limits.may_move_at(state.velocities):
+        # What hits a stopped arm moves it at any speed.
+        if not (state.stopped or self._limits.may_move_at(state.velocities)):
             return None
         self._supervisor.advance(state.time_s, stopped=state.stopped)
         velocities = np.asarray(state.velocities, np.float64)

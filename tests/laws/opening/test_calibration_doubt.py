@@ -135,7 +135,7 @@ def test_the_summaries_of_model_and_track_tell_it(tmp_path: Path, servoid_comman
     done = servoid_command("model", tmp_path, *target, *chosen, "--out", body)
     assert done.code == 0, done.err
     assert "the images fit a focal length of about" in done.out
-    poses = ("--observations", "1:2", "--out", tmp_path / "poses.csv")
+    poses = ("--observations", "1:2", "--out", tmp_path / "estimates.csv")
     done = servoid_command("track", tmp_path, "--body", body, *target, *poses)
     assert done.code == 0, done.err
     assert "the images fit a focal length of about" in done.out

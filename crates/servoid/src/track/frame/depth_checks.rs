@@ -43,10 +43,7 @@ impl DepthRecord {
             let pixel =
                 |i: usize| (first_px[i] + (2 * place[i] + 1) * size_px[i] / (2 * SIDE)) as f64;
             let pixel = Vector2::new(pixel(0), pixel(1));
-            let Some((measured, metres)) = seen.place(&pixel) else { continue };
-            let way = (measured - seen.eye).normalize();
-            let Some(hit) = solid.hit(&seen.eye, &way) else { continue };
-            let behind = (measured - hit.point).dot(&way);
+            let Some((behind, metres)) = seen.behind(solid, &pixel) else { continue };
             let near = NEAR_SURFACE * solid.radius + 3.0 * depth_noise(metres);
             if behind >= -near {
                 counted += 1;

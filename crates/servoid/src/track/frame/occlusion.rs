@@ -282,12 +282,9 @@ impl Occlusion {
 /// Returns whether a depth image shows something well in front of the body at a pixel, or the body
 /// itself; none if it shows something behind the body, or nothing.
 fn before(seen: &Rangefinder<'_>, solid: &Solid, pixel: &Vector2<f64>) -> Option<bool> {
-    let (found, _) = seen.place(pixel)?;
-    let way = found - seen.eye;
-    let hit = solid.hit(&seen.eye, &way.normalize())?;
-    let nearer = (hit.point - seen.eye).norm() - way.norm();
+    let (behind, _) = seen.behind(solid, pixel)?;
     let most = BEFORE * solid.radius;
-    (nearer > -most).then_some(nearer > most)
+    (behind < most).then_some(behind < -most)
 }
 
 /// Maps the probability that a cell is hidden to how far it counts as hidden.

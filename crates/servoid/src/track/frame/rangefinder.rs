@@ -2,6 +2,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::camera::DepthView;
 use crate::shape::Projection;
+use crate::track::target::solid::Solid;
 
 /// A depth image of the object at a pose: it measures positions in the object's frame.
 #[derive(Debug)]
@@ -26,6 +27,15 @@ impl<'a> Rangefinder<'a> {
     pub(crate) fn place(&self, pixel: &Vector2<f64>) -> Option<(Vector3<f64>, f64)> {
         let metres = self.depth.at(pixel.x, pixel.y)?;
         Some((self.back_project(pixel, metres), metres))
+    }
+
+    /// Returns how far behind the body's surface something was measured at a pixel, and its distance
+    /// along the camera's axis, in metres; none beside the body.
+    pub(crate) fn behind(&self, solid: &Solid, pixel: &Vector2<f64>) -> Option<(f64, f64)> {
+        let (found, metres) = self.place(pixel)?;
+        let way = found - self.eye;
+        let hit = solid.hit(&self.eye, &way.normalize())?;
+        Some((way.norm() - (hit.point - self.eye).norm(), metres))
     }
 
     fn back_project(&self, pixel: &Vector2<f64>, metres: f64) -> Vector3<f64> {

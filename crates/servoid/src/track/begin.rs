@@ -6,7 +6,7 @@ use super::pose::confidence::unseen;
 use super::pose::hypothesis::Hypothesis;
 use super::relocalize::ROUNDS;
 use super::target::colors::Colors;
-use super::target::keyframes::Keyframes;
+use super::target::keyframes::{Keyframes, object_from_camera};
 use super::tracker::Tracker;
 use super::trust::Trust;
 use super::update::detect::DetectionPlan;
@@ -70,6 +70,7 @@ impl Tracker {
         let hypothesis = self.set_reference(observation, &world_from_object);
         // The pose is given, so the residual of the outline at it is its bias.
         self.target.bias.update_at(&hypothesis.toward, hypothesis.normal.outline);
+        self.target.relief.begin(object_from_camera(observation, &hypothesis.pose));
         if self.is_patterned(&hypothesis.quality) || self.is_plain() {
             self.target.offsets.learn_at(&self.workspace.edges);
         }

@@ -152,6 +152,7 @@ impl Tracker {
         self.accept_or_miss(observation.time_s, &expected, &hypothesis, least);
         self.note_newest(observation);
         if self.status == Status::Tracking {
+            self.doubt_turn(observation, &hypothesis.pose);
             self.compare_depths(observation, &hypothesis.pose);
             self.workspace.occlusion.remember();
         } else {

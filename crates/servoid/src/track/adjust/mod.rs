@@ -13,7 +13,7 @@ use super::estimate::Notice;
 use super::frame::window::Window;
 use super::pose::hypothesis::Hypothesis;
 use super::target::Target;
-use super::target::keyframes::{Keyframe, KeyframePose};
+use super::target::keyframes::{Keyframe, KeyframePose, object_from_camera};
 use super::target::points::{Feature, LEAST_KNOWN, Match};
 use super::tracker::Tracker;
 use crate::camera::Observation;
@@ -59,8 +59,7 @@ impl Tracker {
         observation: &Observation<'_>,
         pose: &Pose,
     ) -> (usize, Pose) {
-        let object_from_camera = (pose.inverse() * observation.world_from_camera[0]).rotation();
-        let keyframe = self.target.keyframes.around(&object_from_camera);
+        let keyframe = self.target.keyframes.around(&object_from_camera(observation, pose));
         let upcoming = (self.target.keyframes.upcoming(), *pose);
         keyframe.map_or(upcoming, |one| (one.number, one.world_from_object))
     }
@@ -83,8 +82,7 @@ impl Tracker {
     /// Adds a keyframe at a trusted pose where the object shows another side, and starts an
     /// adjustment.
     pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
-        let eyes = observation.world_from_camera[0];
-        let object_from_camera = (hypothesis.pose.inverse() * eyes).rotation();
+        let object_from_camera = object_from_camera(observation, &hypothesis.pose);
         let adrift = self.target.points.drift_variance > KEEP_KNOWN_RAD * KEEP_KNOWN_RAD;
         let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_started();
         let guesses = self.guesses();

@@ -6,12 +6,15 @@
 
 use nalgebra::{Matrix6, Vector6};
 
+use crate::camera::Observation;
 use crate::pose::Pose;
 use crate::track::adjust::TOGETHER;
 use crate::track::estimate::Notice;
 use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::uncertainty::uncertainty;
 use crate::track::pose::verify::Quality;
+use crate::track::target::Target;
+use crate::track::target::keyframes::object_from_camera;
 use crate::track::tracker::Tracker;
 use crate::track::trust::{ADRIFT_RAD, CLEAR};
 
@@ -53,6 +56,15 @@ impl Tracker {
         // Where much is missed, an apparently known side may be another one.
         let is_clear = hypothesis.quality.share >= CLEAR;
         points.drift_variance = if is_clear { drift } else { drift.max(points.drift_variance) };
+    }
+
+    /// Updates the variance of the orientation that is due to a relief which nothing confirms, where
+    /// the distances of most points that agree with the images came from the body alone.
+    pub(crate) fn doubt_turn(&mut self, observation: &Observation<'_>, pose: &Pose) {
+        let Target { points, relief, .. } = &mut self.target;
+        let is_guess = points.are_from_body(&self.workspace.matches);
+        let now = object_from_camera(observation, pose);
+        points.relief_variance = if is_guess { relief.turn_variance(&now) } else { 0.0 };
     }
 
     /// Where sides are seen that are known better than those followed, turns back what was learned

@@ -2,6 +2,7 @@ use nalgebra::{Matrix2, UnitQuaternion, Vector2};
 
 use super::points::{Match, Points, RECOGNISED, bridged};
 use super::shift::Shift;
+use crate::camera::Observation;
 use crate::pose::{Pose, Twist};
 use crate::shape::Projection;
 use crate::track::frame::occlusion::Occlusion;
@@ -87,6 +88,14 @@ const SHADING: f64 = 0.3;
 /// Most keyframes, and most dropped ones, that are kept.
 const MOST_KEYFRAMES: usize = 64;
 const MOST_FORMER: usize = 4096;
+
+/// Returns the orientation of the first camera in the object's frame.
+pub(crate) fn object_from_camera(
+    observation: &Observation<'_>,
+    world_from_object: &Pose,
+) -> UnitQuaternion<f64> {
+    (world_from_object.inverse() * observation.world_from_camera[0]).rotation()
+}
 
 impl Keyframes {
     /// Starts empty, with numbers that were not used before.

@@ -49,6 +49,8 @@ pub(crate) struct Points {
     /// Additional variance: the largest due to noise in an image in which distances come from
     /// motion alone.
     pub(crate) noise_variance: f64,
+    /// Additional variance: that due to distances that only the body gave, in the last image.
+    pub(crate) relief_variance: f64,
     next: usize,
     /// Numbers of the points that were recognised last.
     pub(super) seen: Vec<usize>,

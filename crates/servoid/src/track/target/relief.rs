@@ -1,17 +1,22 @@
 //! Whether distances that come from the body alone are trusted: a single camera constrains a point
 //! to its ray, and the body gives its distance, as far as it has the object's shape.
 
+use nalgebra::UnitQuaternion;
+
 use super::points::{Match, Points};
 
 /// Standard deviation of the guess, as a share of the body's radius: where the body is trusted, and
 /// where motion is to determine distances.
 pub(crate) const GUESS: (f64, f64) = (0.1, 0.25);
+/// Error of the orientation per radian of rotation, as a standard deviation in radians, where the
+/// body is trusted but nothing confirms it.
+const TURNS_OFF: f64 = 0.15;
 /// Part of the usual share below which an object is about to be lost, and its body is no longer
 /// trusted.
 const DENIED: f64 = 0.6;
 /// Deviation of points from the body's surface, rms in standard deviations over those that
 /// keyframes saw together, up to which these confirm the body.
-const CONFIRMED: f64 = 0.55;
+const CONFIRMED: f64 = 0.5;
 
 /// Whether points are still assumed to lie on the body's surface.
 #[derive(Debug, Clone, Copy)]
@@ -20,11 +25,26 @@ pub(crate) struct Relief {
     pub(crate) is_open: bool,
     /// Deviation of points from the body by the first keyframes, rms in standard deviations.
     misfit: Option<f64>,
+    /// Orientation of the first camera, in the object's frame, at the given pose.
+    given: Option<UnitQuaternion<f64>>,
 }
 
 impl Relief {
     pub(crate) fn new(is_open: bool) -> Self {
-        Self { is_open, misfit: None }
+        Self { is_open, misfit: None, given: None }
+    }
+
+    /// Stores the orientation of the first camera, in the object's frame, at the given pose.
+    pub(crate) fn begin(&mut self, object_from_camera: UnitQuaternion<f64>) {
+        self.given = Some(object_from_camera);
+    }
+
+    /// Returns the variance of the orientation that a relief leaves which nothing confirms: one
+    /// that is too flat or too deep turns too far or too little. It grows with the rotation of the
+    /// first camera, in the object's frame, since the pose was given.
+    pub(crate) fn turn_variance(&self, object_from_camera: &UnitQuaternion<f64>) -> f64 {
+        let turned = self.given.map_or(0.0, |given| given.angle_to(object_from_camera));
+        if self.is_open || self.is_confirmed() { 0.0 } else { (TURNS_OFF * turned).powi(2) }
     }
 
     /// Stores the deviation of points from the body by keyframes: only once, as it grows with what
@@ -83,6 +103,23 @@ mod tests {
         let mut other = Relief::new(false);
         other.measure(Some(2.0 * CONFIRMED));
         assert!(other.is_denied(0.5, 0.95));
+    }
+
+    #[test]
+    fn the_farther_an_object_turned_the_less_its_turn_is_known_unless_keyframes_confirm_the_body() {
+        let turned = |angle: f64| UnitQuaternion::from_euler_angles(angle, 0.0, 0.0);
+        let mut guess = Relief::new(false);
+        assert!(guess.turn_variance(&turned(1.0)) == 0.0, "no pose was given");
+        guess.begin(turned(0.1));
+        let mut before = 0.0;
+        for step in 1..20 {
+            let variance = guess.turn_variance(&turned(0.1 + 0.1 * f64::from(step)));
+            assert!(variance > before, "{step}");
+            before = variance;
+        }
+        assert!(guess.turn_variance(&turned(0.1)) < 1e-12, "the given side is seen again");
+        guess.measure(Some(0.9 * CONFIRMED));
+        assert!(guess.turn_variance(&turned(1.0)) == 0.0);
     }
 
     #[test]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from servoid.batch import Done, Experiment, Work, Workers, run_batch
 from servoid.batch.running import ProgressCallback
+from servoid.capture import doubt_calibration
 from servoid.errors import StudyError
 from servoid.exchange import is_capture, open_any
 from servoid.model import Request, fit_capture, fit_capture_by_paper
@@ -77,6 +78,8 @@ def model_capture(case: CaptureCase) -> CaptureRow:
         threads=1,
         trust_targets=case.trust_targets,
     )
+    # Before the views are read, as for one capture alone.
+    doubt = doubt_calibration(capture)
     instants = None if case.observations is None else slice(*case.observations)
     chosen = {"observations": instants, "views": slice(*case.views)}
     if case.by_paper:
@@ -94,7 +97,7 @@ def model_capture(case: CaptureCase) -> CaptureRow:
         iou_unused=_mean(result.iou_unused),
         surface_seen=None if result.coverage is None else result.coverage.share,
         seconds=result.seconds,
-        notes=list(result.all_notes),
+        notes=[*([] if doubt is None else [doubt]), *capture.notes, *result.all_notes],
         body=body,
     )
 

@@ -2,6 +2,7 @@
 
 from servoid._native import View
 from servoid.capture.arrays import ArrayPicture, PosedImage, capture_of, views_of
+from servoid.capture.calibration_doubt import doubt_calibration
 from servoid.capture.capture import Capture, CaptureCamera, CaptureView, Observation
 from servoid.capture.opening import count_uncalibrated, open_capture
 from servoid.capture.shrinking import shrunk
@@ -16,6 +17,7 @@ __all__ = [
     "View",
     "capture_of",
     "count_uncalibrated",
+    "doubt_calibration",
     "open_capture",
     "shrunk",
     "views_of",

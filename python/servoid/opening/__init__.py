@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from servoid.opening.calibration_doubt import doubt_calibration
+from servoid.capture import doubt_calibration
 from servoid.opening.filmed import Filmed, open_filmed
 from servoid.opening.given_calibration import GivenCalibration, Rig, any_cameras
 from servoid.opening.live import OpenedLive, open_live

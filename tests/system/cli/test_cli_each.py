@@ -7,9 +7,11 @@ import pytest
 
 pytest.importorskip("pyarrow", reason="tables of trials need pyarrow")
 
+import cv2
+import numpy as np
 import pyarrow.parquet
 
-from conftest import Command, Drawing
+from conftest import Command, Drawing, write_png
 
 FAST = ("--max-ellipsoids", "2", "--delta", "0", "--views", "::4")
 
@@ -50,6 +52,29 @@ def test_each_capture_gives_the_body_that_it_gives_alone(
     table = pyarrow.parquet.read_table(tmp_path / "all" / "captures.parquet").to_pydict()
     assert table["ellipsoids"] == [2, 2, None]
     assert [bool(failure) for failure in table["failure"]] == [False, False, True]
+
+
+def test_each_capture_has_the_notes_that_it_has_alone(
+    captures: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    folder = tmp_path / "captures"
+    shutil.copytree(captures / "bird", folder / "bird")
+    shutil.copytree(captures / "bird", folder / "plain")
+    toml = folder / "bird" / "capture.toml"
+    toml.write_text(toml.read_text().replace("version = 1", "version = 1\nmetric = false"))
+    for mask in (folder / "bird" / "masks").iterdir():
+        write_png(mask, np.asarray(255 - cv2.imread(str(mask), 0), np.uint8))
+    ran = servoid_command("model", folder, "--each", "--out", tmp_path / "all", *FAST)
+    alone = servoid_command("model", folder / "bird", "--out", tmp_path / "bird.json", *FAST)
+    assert ran.code == alone.code == 0
+    words, own = (" ".join(done.out.split()) for done in (ran, alone))
+    notes = [part.split(" note ")[0].strip() for part in own.split(" note ")[1:]]
+    assert len(notes) >= 2
+    assert any("black and white swapped" in note for note in notes)
+    for note in notes:
+        assert f"bird: {note}" in words
+    assert "plain: lengths" not in words
+    assert all(len(line) <= 80 for line in ran.out.splitlines() if str(tmp_path) not in line)
 
 
 def test_a_capture_that_was_modelled_is_modelled_again_only_if_it_changed(

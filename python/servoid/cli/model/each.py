@@ -1,5 +1,6 @@
 """`servoid model --each`: models each capture in a folder, in a batch."""
 
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 
 FAILED = 1
+_WIDTH = 80
 
 
 def run_each(order: Order, workers: int | None, cluster: str | None) -> None:
@@ -82,7 +84,7 @@ def _bounds(part: slice) -> tuple[int | None, int | None, int | None]:
 
 
 def _print_table(trials: Mapping[str, Done]) -> None:
-    """Print a line for each capture, and below them why some could not be modelled."""
+    """Print a line for each capture, and below them their notes and why some failed."""
     width = max(map(len, trials))
     typer.echo(f"  {'':{width}}  ellipsoids  IoU used  unused  seconds")
     for name, done in trials.items():
@@ -96,6 +98,12 @@ def _print_table(trials: Mapping[str, Done]) -> None:
     for name, done in trials.items():
         if done.row is None:
             typer.echo(f"  {name}: {done.failure}")
+            continue
+        for note in done.row.notes:
+            for line in textwrap.wrap(
+                f"{name}: {note}", _WIDTH, initial_indent="  ", subsequent_indent="    "
+            ):
+                typer.echo(line)
 
 
 def _known(value: float | None) -> str:

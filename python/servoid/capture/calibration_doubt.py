@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
 from servoid.camera import Picture
-from servoid.capture import Capture, CaptureCamera
+from servoid.capture.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError, ImageError
+from servoid.pose import exact
 from servoid.pose.exact import Floats
 from servoid.words import digits
 
@@ -26,7 +27,7 @@ _LEAST_OF_PAIR, _LEAST = 20, 60  # matches
 _APART = 0.1  # of the spread of the views: nearer ones constrain nothing
 _LEAST_TURN = 1e-4  # of the axes of two cameras, below which the focal length is unobservable
 # The focal lengths to try, as factors of the given one.
-_TRIED = np.exp(np.linspace(-0.35, 0.35, 141))
+_TRIED = exact.exp(np.linspace(-0.35, 0.35, 141))
 _CLOSE = 0.02  # relative error of the focal length that is not reported
 _BETTER = 1.1  # factor by which the distances of features to their lines must decrease
 _PARTS = 8  # of the matches, for leave-one-part-out; all parts must agree
@@ -56,10 +57,11 @@ class _Pair:
             for lens, pixels in zip(self.lenses, (self.first_px, self.second_px), strict=True)
         )
         matrix = self.second_from_first.matrix()
-        x, y, z = matrix[:3, 3] / np.linalg.norm(matrix[:3, 3])
-        essential = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) @ matrix[:3, :3]
-        there, back = first @ essential.T, second @ essential
-        slope = np.sqrt((there[:, :2] ** 2).sum(axis=1) + (back[:, :2] ** 2).sum(axis=1))
+        x, y, z = matrix[:3, 3] / exact.norm(matrix[:3, 3])
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        essential = exact.product(cross, matrix[:3, :3])
+        there, back = exact.product(first, essential.T), exact.product(second, essential)
+        slope = exact.hypot(exact.lengths(there[:, :2]), exact.lengths(back[:, :2]))
         off = np.abs((second * there).sum(axis=1)) / np.maximum(slope, 1e-12)
         # Where a shorter focal length puts a feature, a lens with strong distortion may see
         # nothing.
@@ -77,7 +79,7 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
     if sum(len(pair.first_px) for pair in pairs) < _LEAST:
         return None
     given_px = float(np.mean(pairs[0].lenses[0].focal_px))
-    unit_px = float(np.hypot(*pairs[0].lenses[0].size_px)) / 1000.0
+    unit_px = exact.hypot(*map(float, pairs[0].lenses[0].size_px)) / 1000.0
     share, off_px, best_px = _best(pairs)
     # An object on a turntable before a static room fits no focal length.
     is_found = _TRIED[0] < share < _TRIED[-1] and best_px < _FIT_PX * unit_px
@@ -85,7 +87,7 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
         others = np.array(
             [_best([pair.part(number) for pair in pairs])[0] for number in range(_PARTS)]
         )
-        deviation = float(np.sqrt((_PARTS - 1) * np.mean((others - share) ** 2)))
+        deviation = float(np.sqrt((_PARTS - 1) * np.mean(np.square(others - share))))
         if abs(share - 1.0) > _SURE * deviation:
             return (
                 f"the images fit a focal length of about {share * given_px:.0f} px better than "
@@ -135,7 +137,7 @@ def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
         places = np.array([pose.translation for pose in capture.world_from_rig])
         least = _APART * float(np.sqrt(places.var(axis=0).sum()))
         for index in some:
-            apart = np.linalg.norm(places - places[index], axis=1)
+            apart = exact.lengths(places - places[index])
             apart[apart <= least] = np.inf
             nearest = int(apart.argmin())
             if np.isfinite(apart[nearest]):
@@ -150,9 +152,10 @@ def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
 def _constrains_focal(second_from_first: Pose) -> bool:
     """Return whether the focal length moves the epipolar lines; parallel cameras' do not move."""
     shift = np.asarray(second_from_first.translation)
-    if not np.linalg.norm(shift) > 0.0:
+    length = exact.norm(shift)
+    if not length > 0.0:
         return False
-    along = abs(shift[2]) / float(np.linalg.norm(shift))
+    along = abs(shift[2]) / length
     turned = 1.0 - float(second_from_first.matrix()[2, 2])
     return along > _LEAST_TURN or turned > _LEAST_TURN
 
@@ -177,7 +180,7 @@ def _pair(
     if len(rows) < _LEAST_OF_PAIR:
         return
     one, other = found[0][0][rows[:, 0]], found[1][0][rows[:, 1]]
-    off_px = float(np.hypot(*lenses[0].size_px)) / 1000.0
+    off_px = exact.hypot(*map(float, lenses[0].size_px)) / 1000.0
     _, agree = cv2.findFundamentalMat(one, other, cv2.USAC_MAGSAC, off_px, 0.999, 2000)
     if agree is None or agree.sum() < _LEAST_OF_PAIR:
         return

@@ -6,24 +6,20 @@ features needs no calibration, so a wrong one does not hide them.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
-from servoid.camera import Picture
+from servoid.camera.images import Recorded
 from servoid.capture.capture import Capture, CaptureCamera
-from servoid.errors import CaptureError, ImageError
+from servoid.capture.exchanged import exchange_note
+from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
 from servoid.pose import exact
 from servoid.pose.exact import Floats
 from servoid.words import digits
 
 _PAIRS = 4
-_LONG_PX = 640  # images are shrunk towards this before features are detected
-_FEATURES = 1000
-_ALIKE = 0.8  # largest ratio of the best match's distance to the second best's
-_LEAST_OF_PAIR, _LEAST = 20, 60  # matches
+_LEAST = 60  # matches
 _APART = 0.1  # of the spread of the views: nearer ones constrain nothing
 _LEAST_TURN = 1e-4  # of the axes of two cameras, below which the focal length is unobservable
 # The focal lengths to try, as factors of the given one.
@@ -36,46 +32,21 @@ _FIT_PX = 1.0  # at 1000 px of diagonal: features that fit are nearer to their l
 _OFF_PX = 2.5  # at 1000 px of diagonal: features further off contradict the cameras' poses
 
 
-@dataclass(frozen=True, eq=False)
-class _Pair:
-    """Two images of one instant, or of a static scene, and features that match in both."""
-
-    lenses: tuple[Lens, Lens]
-    second_from_first: Pose
-    first_px: Floats
-    second_px: Floats
-
-    def part(self, number: int) -> "_Pair":
-        """Return the pair without one part of its features."""
-        kept = np.arange(len(self.first_px)) % _PARTS != number
-        return _Pair(self.lenses, self.second_from_first, self.first_px[kept], self.second_px[kept])
-
-    def off_px(self, share: float) -> Floats:
-        """Return the distances of features to their epipolar lines for a focal length factor."""
-        first, second = (
-            _flat(lens, pixels, share)
-            for lens, pixels in zip(self.lenses, (self.first_px, self.second_px), strict=True)
-        )
-        matrix = self.second_from_first.matrix()
-        x, y, z = matrix[:3, 3] / exact.norm(matrix[:3, 3])
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        essential = exact.product(cross, matrix[:3, :3])
-        there, back = exact.product(first, essential.T), exact.product(second, essential)
-        slope = exact.hypot(exact.lengths(there[:, :2]), exact.lengths(back[:, :2]))
-        off = np.abs((second * there).sum(axis=1)) / np.maximum(slope, 1e-12)
-        # Where a shorter focal length puts a feature, a lens with strong distortion may see
-        # nothing.
-        return np.where(np.isfinite(off), off * share * self.lenses[0].focal_px[0], np.inf)
-
-
 def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | None:
     """Return a message if images contradict the calibration of a capture's cameras, else None.
 
-    Two cameras are compared at the same instants, one camera at views of a static scene. Parallel
-    cameras do not determine the focal length; they are checked only if their calibration
-    `is_assumed`, and then only for being parallel. One stationary camera determines nothing.
+    Two cameras are compared at the same instants, one camera at views of a static scene. Images
+    that the two cameras have exchanged are reported first. Parallel cameras do not determine the
+    focal length; their calibration is checked only if it `is_assumed`, and then only for being
+    parallel. One stationary camera determines nothing.
     """
-    pairs = list(_pairs(capture, is_assumed=is_assumed))
+    pairs = list(_pairs(capture))
+    if len(capture.cameras) > 1:
+        one, other = capture.cameras[:2]
+        exchanged = exchange_note((one.name, other.name), pairs)
+        if exchanged is not None:
+            return exchanged
+        pairs = [p for p in pairs if is_assumed or _constrains_focal(p.second_from_first)]
     if sum(len(pair.first_px) for pair in pairs) < _LEAST:
         return None
     given_px = float(np.mean(pairs[0].lenses[0].focal_px))
@@ -85,7 +56,7 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
     is_found = _TRIED[0] < share < _TRIED[-1] and best_px < _FIT_PX * unit_px
     if is_found and off_px > _BETTER * best_px and abs(share - 1.0) > _CLOSE:
         others = np.array(
-            [_best([pair.part(number) for pair in pairs])[0] for number in range(_PARTS)]
+            [_best([_without(pair, number) for pair in pairs])[0] for number in range(_PARTS)]
         )
         deviation = float(np.sqrt((_PARTS - 1) * np.mean(np.square(others - share))))
         if abs(share - 1.0) > _SURE * deviation:
@@ -102,15 +73,37 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
     return None
 
 
-def _best(pairs: Sequence[_Pair]) -> tuple[float, float, float]:
+def _best(pairs: Sequence[MatchedFeatures]) -> tuple[float, float, float]:
     """Return the best factor of the focal length, and the median distances as given and with it."""
 
     def off_px(share: float) -> float:
-        return float(np.median(np.concatenate([pair.off_px(share) for pair in pairs])))
+        return float(np.median(np.concatenate([_off_px(pair, share) for pair in pairs])))
 
     offs = [off_px(float(share)) for share in _TRIED]
     least = int(np.argmin(offs))
     return float(_TRIED[least]), off_px(1.0), offs[least]
+
+
+def _without(pair: MatchedFeatures, number: int) -> MatchedFeatures:
+    """Return a pair without one part of its features."""
+    return pair.part(np.arange(len(pair.first_px)) % _PARTS != number)
+
+
+def _off_px(pair: MatchedFeatures, share: float) -> Floats:
+    """Return the distances of features to their epipolar lines for a focal length factor."""
+    first, second = (
+        _flat(lens, pixels, share)
+        for lens, pixels in zip(pair.lenses, (pair.first_px, pair.second_px), strict=True)
+    )
+    matrix = pair.second_from_first.matrix()
+    x, y, z = matrix[:3, 3] / exact.norm(matrix[:3, 3])
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    essential = exact.product(cross, matrix[:3, :3])
+    there, back = exact.product(first, essential.T), exact.product(second, essential)
+    slope = exact.hypot(exact.lengths(there[:, :2]), exact.lengths(back[:, :2]))
+    off = np.abs((second * there).sum(axis=1)) / np.maximum(slope, 1e-12)
+    # Where a shorter focal length puts a feature, a lens with strong distortion may see nothing.
+    return np.where(np.isfinite(off), off * share * pair.lenses[0].focal_px[0], np.inf)
 
 
 def _flat(lens: Lens, pixels: Floats, share: float) -> Floats:
@@ -120,7 +113,7 @@ def _flat(lens: Lens, pixels: Floats, share: float) -> Floats:
     return rays / rays[:, 2:]
 
 
-def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
+def _pairs(capture: Capture) -> Iterator[MatchedFeatures]:
     """Match features in some pairs of images whose lenses and relative pose are known."""
     first = capture.cameras[0]
     count = len(first.pictures)
@@ -130,9 +123,8 @@ def _pairs(capture: Capture, *, is_assumed: bool) -> Iterator[_Pair]:
     if len(capture.cameras) > 1:
         other = capture.cameras[1]
         second_from_first = other.rig_from_camera.inverse() @ first.rig_from_camera
-        if is_assumed or _constrains_focal(second_from_first):
-            for index in some:
-                yield from _pair((first, other), (index, index), second_from_first)
+        for index in some:
+            yield from _pair((first, other), (index, index), second_from_first)
     elif not capture.is_recording:
         places = np.array([pose.translation for pose in capture.world_from_rig])
         least = _APART * float(np.sqrt(places.var(axis=0).sum()))
@@ -162,46 +154,14 @@ def _constrains_focal(second_from_first: Pose) -> bool:
 
 def _pair(
     cameras: tuple[CaptureCamera, CaptureCamera], indices: tuple[int, int], second_from_first: Pose
-) -> Iterator[_Pair]:
+) -> Iterator[MatchedFeatures]:
     """Yield the matched features of two images, if there are enough."""
-    import cv2
-
-    lenses = cameras[0].lens, cameras[1].lens
-    found = []
+    images = []
     for camera, index in zip(cameras, indices, strict=True):
         picture = camera.pictures[index]
-        features = None if picture is None else _features(picture, camera.lens)
-        if features is None or len(features[0]) < _LEAST_OF_PAIR:
+        if picture is None:
             return
-        found.append(features)
-    near = cv2.BFMatcher().knnMatch(found[0][1], found[1][1], k=2)
-    kept = {one.trainIdx: one for one, two in near if one.distance < _ALIKE * two.distance}
-    rows = np.array([(one.queryIdx, one.trainIdx) for one in kept.values()]).reshape(-1, 2)
-    if len(rows) < _LEAST_OF_PAIR:
-        return
-    one, other = found[0][0][rows[:, 0]], found[1][0][rows[:, 1]]
-    off_px = exact.hypot(*map(float, lenses[0].size_px)) / 1000.0
-    _, agree = cv2.findFundamentalMat(one, other, cv2.USAC_MAGSAC, off_px, 0.999, 2000)
-    if agree is None or agree.sum() < _LEAST_OF_PAIR:
-        return
-    same = agree.ravel() > 0
-    yield _Pair(lenses, second_from_first, one[same], other[same])
-
-
-def _features(picture: Picture, lens: Lens) -> tuple[Floats, NDArray[np.float32]] | None:
-    """Return an image's feature positions, (N, 2) px, and descriptors; None if there are none."""
-    import cv2
-
-    by = 1
-    while max(lens.size_px) // (2 * by) >= _LONG_PX:
-        by *= 2
-    try:
-        image = picture.read(lens.size_px, by)
-    except (CaptureError, ImageError):
-        return None
-    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    points, looks = cv2.SIFT.create(_FEATURES).detectAndCompute(grey, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
-    if looks is None:
-        return None
-    pixels = np.array([point.pt for point in points], np.float64)
-    return (pixels + 0.5) * by - 0.5, np.asarray(looks, np.float32)
+        images.append(PosedPicture(picture, camera.lens, Recorded(camera.lens.size_px)))
+    pair = match_features(images[0], images[1], second_from_first)
+    if pair is not None:
+        yield pair

@@ -8,6 +8,7 @@ import numpy as np
 
 from servoid._native import PaperSettings, ellipsoid_colors, silhouette_ious
 from servoid.capture import Capture, CaptureView
+from servoid.capture.exchanged import check_not_exchanged
 from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
@@ -61,7 +62,8 @@ def fit_capture(
         DoubtError: a target is ambiguous, and the request does not trust it.
         TargetError: nothing marks the object, or it is not found.
         ModelError: too few views, views that have no common point, or a setting out of range.
-        CameraError, CaptureError, ImageError, MaskError: a file cannot be used.
+        CameraError: also if the images of a stereo pair are exchanged.
+        CaptureError, ImageError, MaskError: a file cannot be used.
 
     """
     start = time.perf_counter()
@@ -216,6 +218,7 @@ def _measured(marked: Marked, notes: list[str]) -> RangeSamples:
         twin = next((o for o in others if o.index == view.index and o.name != view.name), None)
         if twin is None:
             continue
+        check_not_exchanged(view, twin)
         try:
             parts.append(range_samples_of_pair(view, twin))
         except (CameraError, TargetError) as error:

@@ -1,0 +1,88 @@
+"""Matches features of two images whose lenses and relative pose are known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Lens, Pose
+from servoid.camera import Picture
+from servoid.camera.images import Recorded
+from servoid.errors import CaptureError, ImageError
+from servoid.pose import exact
+from servoid.pose.exact import Floats
+
+_LONG_PX = 640  # images are shrunk towards this before features are detected
+_FEATURES = 1000
+_ALIKE = 0.8  # largest ratio of the best match's distance to the second best's
+_LEAST_OF_PAIR = 20
+
+
+@dataclass(frozen=True, eq=False)
+class MatchedFeatures:
+    """Two images of one instant, or of a static scene, and features that match in both, (N, 2)."""
+
+    lenses: tuple[Lens, Lens]
+    second_from_first: Pose
+    first_px: Floats
+    second_px: Floats
+
+    def part(self, kept: NDArray[np.bool_]) -> "MatchedFeatures":
+        """Return the pair with those of its features that are `kept`, (N,)."""
+        return MatchedFeatures(
+            self.lenses, self.second_from_first, self.first_px[kept], self.second_px[kept]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PosedPicture:
+    """An image in its file, and the lens that took it, in the pixels of the shrunk image."""
+
+    picture: Picture
+    lens: Lens
+    recorded: Recorded
+
+
+def match_features(
+    first: PosedPicture, second: PosedPicture, second_from_first: Pose
+) -> MatchedFeatures | None:
+    """Match the features of two images; return None if there are too few, or no image."""
+    import cv2
+
+    found = []
+    for image in (first, second):
+        features = _features(image)
+        if features is None or len(features[0]) < _LEAST_OF_PAIR:
+            return None
+        found.append(features)
+    near = cv2.BFMatcher().knnMatch(found[0][1], found[1][1], k=2)
+    kept = {one.trainIdx: one for one, two in near if one.distance < _ALIKE * two.distance}
+    rows = np.array([(one.queryIdx, one.trainIdx) for one in kept.values()]).reshape(-1, 2)
+    if len(rows) < _LEAST_OF_PAIR:
+        return None
+    one, other = found[0][0][rows[:, 0]], found[1][0][rows[:, 1]]
+    off_px = exact.hypot(*map(float, first.lens.size_px)) / 1000.0
+    _, agree = cv2.findFundamentalMat(one, other, cv2.USAC_MAGSAC, off_px, 0.999, 2000)
+    if agree is None or agree.sum() < _LEAST_OF_PAIR:
+        return None
+    same = agree.ravel() > 0
+    return MatchedFeatures((first.lens, second.lens), second_from_first, one[same], other[same])
+
+
+def _features(image: PosedPicture) -> tuple[Floats, NDArray[np.float32]] | None:
+    """Return an image's feature positions, (N, 2) px, and descriptors; None if there are none."""
+    import cv2
+
+    by = 1
+    while max(image.lens.size_px) // (2 * by) >= _LONG_PX:
+        by *= 2
+    try:
+        pixels = image.picture.read(image.recorded.size_px, by * image.recorded.by)
+    except (CaptureError, ImageError):
+        return None
+    grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
+    points, looks = cv2.SIFT.create(_FEATURES).detectAndCompute(grey, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
+    if looks is None:
+        return None
+    places = np.array([point.pt for point in points], np.float64)
+    return (places + 0.5) * by - 0.5, np.asarray(looks, np.float32)

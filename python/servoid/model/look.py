@@ -10,6 +10,7 @@ from servoid._native import PaperSettings, ellipsoid_colors, silhouette_ious
 from servoid.capture import Capture, CaptureView
 from servoid.capture.exchanged import check_not_exchanged
 from servoid.errors import CameraError, ModelError, TargetError
+from servoid.model.depth_agreement import check_depth_agrees, with_twins
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
@@ -63,6 +64,7 @@ def fit_capture(
         TargetError: nothing marks the object, or it is not found.
         ModelError: too few views, views that have no common point, or a setting out of range.
         CameraError: also if the images of a stereo pair are exchanged.
+        CaptureError: also if depth images contradict a stereo pair.
         CaptureError, ImageError, MaskError: a file cannot be used.
 
     """
@@ -74,7 +76,9 @@ def fit_capture(
         notes.append(NO_METRES)
     known = list(marked.views)
     samples = join_range_samples(range_samples_of_views(known))
-    if not len(samples) and _from_one_side([*known, *marked.others]):
+    if len(samples):
+        check_depth_agrees(with_twins(known, [*known, *marked.others]))
+    elif _from_one_side([*known, *marked.others]):
         samples = _measured(marked, notes)
     alone = len(known) + len(marked.others) == 1 and not len(samples)
     if alone or distance_m is not None:
@@ -213,11 +217,7 @@ def _from_one_side(views: Sequence[CaptureView]) -> bool:
 def _measured(marked: Marked, notes: list[str]) -> RangeSamples:
     """Measure the depth in each marked view that has another view of the same instant."""
     parts = []
-    for view in marked.views:
-        others = [*marked.views, *marked.others]
-        twin = next((o for o in others if o.index == view.index and o.name != view.name), None)
-        if twin is None:
-            continue
+    for view, twin in with_twins(marked.views, [*marked.views, *marked.others]):
         check_not_exchanged(view, twin)
         try:
             parts.append(range_samples_of_pair(view, twin))

@@ -95,15 +95,29 @@ def range_samples_of_pair(view: CaptureView, other: CaptureView) -> RangeSamples
         CameraError, TargetError: the two cannot be matched.
 
     """
+    depth = depth_of_pair(view, other)
+    return range_samples_of_depth(depth, view.mask(), view.camera, view.world_from_camera)
+
+
+def depth_of_pair(view: CaptureView, other: CaptureView) -> NDArray[np.float32]:
+    """Measure depth inside a view's mask by stereo: (H, W), metres along z, NaN where unknown.
+
+    Raises:
+        CameraError, TargetError: the two cannot be matched.
+
+    """
     here_from_there = view.world_from_camera.inverse() @ other.world_from_camera
-    mask = view.mask()
     measured = stereo_depth(
-        view.image(), other.image(), view.camera, other.camera, here_from_there, mask_a=mask
+        view.image(),
+        other.image(),
+        view.camera,
+        other.camera,
+        here_from_there,
+        mask_a=view.mask(),
     )
     # Without texture the match is a guess; its expected error is then large.
     sure = measured.sigma_m <= _LARGEST_ERROR * measured.depth
-    depth = np.where(sure, measured.depth, np.float32(np.nan)).astype(np.float32)
-    return range_samples_of_depth(depth, mask, view.camera, view.world_from_camera)
+    return np.where(sure, measured.depth, np.float32(np.nan)).astype(np.float32)
 
 
 def range_samples_of_cloud(

@@ -20,6 +20,7 @@ from servoid._native import (
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
 from servoid.model.misfit import swapped_note, touches_all_borders
+from servoid.model.misplaced import Fitted, misplaced_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import Coverage, ModelResult
 from servoid.model.running import Progress, in_parallel, run_core
@@ -125,11 +126,13 @@ def fit_views(
     samples: RangeSamples,
     request: Request,
     *,
+    everywhere: Sequence[CaptureView] = (),
     start: float | None = None,
 ) -> ModelResult:
     """Model a body from used views and range samples; the unused views validate it.
 
-    `start` is the time when the work began, from `time.perf_counter`.
+    `everywhere` are further views whose pose is known; `start` is the time when the work began,
+    from `time.perf_counter`.
 
     Raises:
         ModelError, ImageError, MaskError: as for `fit`.
@@ -149,6 +152,12 @@ def fit_views(
     given = request.given(views=native_used, range_samples=samples)
     steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
     body = steps[-1].body
+    iou_used = _judge(body, native_used)
+    misplaced = misplaced_notes(
+        Fitted(body, settings, used, native_used, iou_used),
+        [*used, *unused, *everywhere],
+        request.progress,
+    )
     return ModelResult(
         body=body,
         colors=ellipsoid_colors(body, native_used, images) if seen else _plain(body),
@@ -156,14 +165,14 @@ def fit_views(
         settings=settings,
         used_views=tuple(used),
         unused_views=tuple(unused),
-        iou_used=_judge(body, native_used),
+        iou_used=iou_used,
         iou_unused=_judge(body, native_unused),
         seconds=time.perf_counter() - start,
         native_used=tuple(native_used),
         native_unused=tuple(native_unused),
         range_samples=samples,
         coverage=Coverage.of(body, native_used, samples),
-        notes=() if swapped is None else (swapped,),
+        notes=(*(() if swapped is None else (swapped,)), *misplaced),
     )
 
 

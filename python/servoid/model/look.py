@@ -95,7 +95,7 @@ def fit_capture(
             "one alone and give the distance of the object: "
             f"--observations {used[0].index}:{used[0].index + 1} --distance 0.6"
         )
-    result = fit_views(used, unused, samples, request, start=start)
+    result = fit_views(used, unused, samples, request, everywhere=capture.all_views(), start=start)
     notes += result.notes
     far = far_note(result.body, result.native_used) if capture.metric else None
     if far is not None:

@@ -10,7 +10,9 @@ from servoid.pose import exact
 from servoid.words import counted, digits
 
 _LEAST_OF_ONE = 0.3  # an intersection over union below which a view contradicts the body
-_LEAST_OF_ALL = 0.6  # their mean, below which the body is not the object
+_LEAST_OF_ALL = 0.7  # their mean, below which the body is not the object
+_TIMES, _BESIDE = 3.0, 0.1  # the misfit of the median, and this more, contradict the body as well
+_LEAST_COMPARED = 5  # views, below which a median is no measure
 _CURE = "check poses, calibration and masks, and do not use the body until then"
 _BORDERS = 4
 _FAR_M = 100.0  # a distance at which a rig of cameras measures nothing
@@ -32,7 +34,10 @@ def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> 
             f"{mean:.2f} on average (intersection over union), a good body reaches about 0.9; "
             f"{_CURE}"
         )
-    bad = int((ious < _LEAST_OF_ONE).sum())
+    limit = _LEAST_OF_ONE
+    if len(ious) >= _LEAST_COMPARED:
+        limit = max(limit, 1.0 - _TIMES * (1.0 - float(np.median(ious))) - _BESIDE)
+    bad = int((ious < limit).sum())
     if bad:
         what = f"view {names[worst]}" if len(ious) == 1 else f"{bad} of {len(ious)} {kind} views"
         notes.append(

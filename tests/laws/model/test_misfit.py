@@ -47,12 +47,24 @@ def test_a_body_that_explains_nothing_is_told_so() -> None:
     both = misfit_notes("used", names, np.array([0.36, 0.5]))
     assert len(both) == 1
     assert "overlap their masks by 0.43 on average" in both[0]
-    (one,) = misfit_notes("used", names, np.array([0.99, 0.29]))
-    assert "1 of 2 used views: in eye/0001 its silhouette overlaps the mask by 0.29" in one
+    three = [*names, "eye/0002"]
+    (one,) = misfit_notes("used", three, np.array([0.99, 0.29, 0.95]))
+    assert "1 of 3 used views: in eye/0001 its silhouette overlaps the mask by 0.29" in one
     (alone,) = misfit_notes("used", names[:1], np.array([0.1]))[1:]
     assert "does not fit view eye/0000" in alone
-    assert misfit_notes("used", names, np.array([0.3, 0.9])) == []
+    assert misfit_notes("used", names, np.array([0.5, 0.9])) == []
     assert misfit_notes("unused", [], np.empty(0)) == []
+
+
+def test_a_view_that_is_far_behind_the_others_is_named() -> None:
+    names = [f"eye/{index:04}" for index in range(6)]
+    good = np.array([0.95, 0.96, 0.94, 0.95, 0.91, 0.95])
+    assert misfit_notes("used", names, good) == []
+    behind = good.copy()
+    behind[2] = 0.7
+    (note,) = misfit_notes("used", names, behind)
+    assert "1 of 6 used views: in eye/0002 its silhouette overlaps the mask by 0.70" in note
+    assert misfit_notes("used", names, behind - 0.1) == []  # all are rough
 
 
 def test_masks_whose_black_and_white_are_swapped_are_told(

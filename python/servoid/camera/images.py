@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera
 from servoid.camera.image_size import JPEG, PNG, read_image_size, size_in_header
+from servoid.camera.jpeg_scan import is_scan_damaged
 from servoid.config.limits import IMAGE_FILE
 from servoid.config.reading import read_bytes
 from servoid.errors import ImageError, MaskError
@@ -153,6 +154,11 @@ def decode_bytes(
     end = _end(data)
     if end is None:
         raise error(f"{place} is cut short: its end is missing; copy the file again")
+    if data.startswith(JPEG) and is_scan_damaged(data):
+        raise error(
+            f"{place} is damaged among its pixels: bytes there contradict the JPEG format; copy "
+            "the file again"
+        )
     data = data[:end]  # the rest may be a PNG chunk with a false, large length
     size = size_in_header(data)
     if size is not None and size_px is not None:  # before a false header can allocate memory

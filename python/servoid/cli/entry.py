@@ -3,7 +3,6 @@
 import errno
 import logging
 import os
-import signal
 import sys
 import traceback
 from collections.abc import Sequence
@@ -11,8 +10,8 @@ from typing import NoReturn
 
 from servoid.cli.interrupting import (
     INTERRUPTED,
-    TERMINATED,
     InterruptedCommand,
+    exit_code,
     heeded_signals,
 )
 from servoid.cli.wrong_options import OptionError
@@ -37,8 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         try:
             _run(arguments)
         except SystemExit as end:
-            if end.code == INTERRUPTED and signal.SIGTERM in came:
-                sys.exit(TERMINATED)
+            if end.code == INTERRUPTED:
+                sys.exit(exit_code(came))
             raise
 
 

@@ -1,4 +1,4 @@
-"""Makes Ctrl-C and SIGTERM end a command cleanly: no partial files, and one message."""
+"""Makes Ctrl-C, SIGTERM and SIGHUP end a command cleanly: no partial files, one message."""
 
 import os
 import signal
@@ -11,7 +11,8 @@ from typing import Any
 from typer.core import TyperGroup
 
 INTERRUPTED = 130
-TERMINATED = 143  # the exit code that shells and service managers expect after SIGTERM
+_AFTER_SIGNAL = 128  # shells and service managers expect this plus the signal's number
+_ENDING = ("SIGTERM", "SIGHUP")  # the latter, of a terminal that closes, is unknown to Windows
 
 
 class InterruptedCommand(BaseException):
@@ -31,9 +32,10 @@ class Commands(TyperGroup):
 
 @contextmanager
 def heeded_signals() -> Iterator[list[int]]:
-    """Let Ctrl-C and SIGTERM interrupt the block, and yield the list of received signals.
+    """Let Ctrl-C, SIGTERM and SIGHUP interrupt the block, and yield the list of received signals.
 
-    Ctrl-C does so even where a shell started this process in the background, ignoring it.
+    Ctrl-C does so even where a shell started this process in the background, ignoring it. A SIGHUP
+    that is ignored, as under nohup, stays ignored.
     """
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
@@ -51,10 +53,23 @@ def heeded_signals() -> Iterator[list[int]]:
         came.append(number)
         signal.raise_signal(signal.SIGINT)
 
-    before = signal.signal(signal.SIGTERM, heed)
+    before = {number: signal.signal(number, heed) for number in _heedable()}
     try:
         yield came
     finally:
-        signal.signal(signal.SIGTERM, before or signal.SIG_DFL)
+        for number, handler in before.items():
+            signal.signal(number, handler or signal.SIG_DFL)
         if deaf:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def exit_code(came: list[int]) -> int:
+    """Return the exit code of an interrupted command that received some signals."""
+    return _AFTER_SIGNAL + came[0] if came else INTERRUPTED
+
+
+def _heedable() -> list[int]:
+    """Return the signals that end this process."""
+    numbers = [getattr(signal, name) for name in _ENDING if hasattr(signal, name)]
+    hangup = getattr(signal, "SIGHUP", None)
+    return [n for n in numbers if n != hangup or signal.getsignal(n) is not signal.SIG_IGN]

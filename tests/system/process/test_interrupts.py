@@ -30,16 +30,29 @@ servoid.cli.main([])
 """
 
 
-TERMINATED_WHILE_IT_RUNS = """
+ENDED_WHILE_IT_RUNS = """
 import os, signal, sys, time
 from servoid.cli import main
 from servoid.cli.model import modelling
 
 def stop(*_, **__):
-    os.kill(os.getpid(), signal.SIGTERM)
-    time.sleep(30.0)
+    os.kill(os.getpid(), getattr(signal, sys.argv[1]))
+    time.sleep(3.0)
 
 modelling.fit_capture = stop
+main(sys.argv[2:])
+"""
+HUNG_UP_WHILE_IT_RUNS = """
+import os, signal, sys
+from servoid.cli import main
+from servoid.cli.model import modelling
+fit = modelling.fit_capture
+
+def hang_up(*given, **named):
+    os.kill(os.getpid(), signal.SIGHUP)
+    return fit(*given, **named)
+
+modelling.fit_capture = hang_up
 main(sys.argv[1:])
 """
 FORKED_WHILE_IT_RUNS = """
@@ -77,20 +90,38 @@ def test_a_command_in_the_background_is_interrupted() -> None:
     assert ran.stderr == "interrupted; nothing was written\n"
 
 
+@pytest.mark.parametrize(("name", "code"), [("SIGTERM", 143), ("SIGHUP", 129)])
 def test_a_command_that_is_terminated_ends_as_after_ctrl_c_and_leaves_nothing(
-    drawn_capture: Path, tmp_path: Path
+    name: str, code: int, drawn_capture: Path, tmp_path: Path
 ) -> None:
     before = conftest.everything_in(tmp_path)
     arguments = ["model", str(drawn_capture), "--out", str(tmp_path / "body.json")]
     ran = subprocess.run(
-        [sys.executable, "-c", TERMINATED_WHILE_IT_RUNS, *arguments],
+        [sys.executable, "-c", ENDED_WHILE_IT_RUNS, name, *arguments],
         capture_output=True,
         text=True,
         cwd=HERE,
     )
-    assert (ran.returncode, ran.stdout) == (143, ""), ran.stderr
+    assert (ran.returncode, ran.stdout) == (code, ""), ran.stderr
     assert ran.stderr == "interrupted; nothing was written\n"
     assert conftest.everything_in(tmp_path) == before
+
+
+def test_a_command_under_nohup_goes_on_when_its_terminal_closes(
+    drawn_capture: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "body.json"
+    ran = subprocess.run(
+        [
+            *("sh", "-c", "trap '' HUP; exec \"$@\"", "sh", sys.executable, "-c"),
+            *(HUNG_UP_WHILE_IT_RUNS, "model", str(drawn_capture), "--out", str(out)),
+        ],
+        capture_output=True,
+        text=True,
+        cwd=HERE,
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert out.is_file()
 
 
 def test_a_process_that_a_command_forked_ends_when_it_is_terminated() -> None:

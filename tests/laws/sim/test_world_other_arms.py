@@ -197,6 +197,27 @@ def test_a_urdf_says_how_fast_its_joints_may_turn(tmp_path: Path) -> None:
     assert slow.arm.joints.speed[:2] == pytest.approx((0.5, 0.5))
 
 
+@pytest.mark.parametrize(("lower", "upper"), [("1", "-1"), ("0.5", "0.5"), ("nan", "1")])
+def test_a_joint_whose_lower_limit_is_not_below_its_upper_limit_is_refused(
+    tmp_path: Path, lower: str, upper: str
+) -> None:
+    urdf = URDF.replace('lower="-1" upper="1"', f'lower="{lower}" upper="{upper}"')
+    mjcf = MJCF.replace('range="-170 170"', f'range="{lower} {upper}"')
+    assert mjcf != MJCF
+    for path, mount, joint in (
+        (written(tmp_path, "two.urdf", urdf), "wrist", "lift"),
+        (written(tmp_path, "six.xml", mjcf), "flange", "j1"),
+    ):
+        with pytest.raises(SimError, match=f"joint '{joint}' has the lower limit .* must be below"):
+            make_world(name=path, mount=mount)
+
+
+def test_limits_that_an_mjcf_file_switches_off_are_not_read(tmp_path: Path) -> None:
+    text = MJCF.replace('range="-170 170"', 'limited="false" range="1 -1"')
+    arm = make_world(name=written(tmp_path, "six.xml", text), mount="flange").arm
+    assert arm.joints.upper[0] == pytest.approx(2.0 * np.pi)
+
+
 OBJ = """v 0 0 0
 v 0.1 0 0
 v 0 0.1 0

@@ -17,7 +17,7 @@ from servoid.sim.world.events.motions import compose, unit_row
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.solids import add_solids
 from servoid.sim.world.settings import ArmSettings
-from servoid.words import in_one_line
+from servoid.words import digits, in_one_line
 
 _MJCF, _URDF = "mujoco", "robot"  # root elements of such files
 _SUFFIXES = (".xml", ".mjcf", ".urdf")
@@ -50,6 +50,10 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
     mount, place = _mount(spec, model, settings)
     joints = _chain(spec, mount, settings.name)
     home = _home(model, [joint.name for joint in joints])
+    for joint in joints:
+        is_off = urdf is None and joint.limited == load_mujoco().mjtLimited.mjLIMITED_FALSE
+        if not is_off:
+            _check_range(settings.name, model.joint(joint.name))
     servos = tuple(_servo(model.joint(joint.name), settings, speeds, lag_s) for joint in joints)
     _strip(spec, {joint.name for joint in joints})
     looks = file_visuals(_compiled(spec, settings.name))
@@ -188,6 +192,19 @@ def _home(model: Any, joints: list[str]) -> tuple[float, ...]:
     """Return the angles of the file's first key frame, or its reference angles."""
     angles = model.key_qpos[0] if model.nkey else model.qpos0
     return tuple(float(angles[model.joint(name).qposadr[0]]) for name in joints)
+
+
+def _check_range(name: str, joint: Any) -> None:
+    """Refuse limits that MuJoCo would ignore, so that the joint would turn freely.
+
+    A joint without limits has the range 0 to 0.
+    """
+    lower, upper = (float(limit) for limit in joint.range)
+    if not (lower < upper or lower == upper == 0.0):
+        raise SimError(
+            f"{name}: joint '{joint.name}' has the lower limit {digits(lower)} and the upper limit "
+            f"{digits(upper)}; the lower limit must be below the upper one, so correct the file"
+        )
 
 
 def _servo(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: float) -> JointServo:

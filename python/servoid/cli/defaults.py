@@ -1,5 +1,7 @@
-"""Fills the declared defaults of settings into help texts, so that none is written twice."""
+"""Fills the declared defaults into help texts, and keeps the names of options whole there."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import Enum
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +22,26 @@ class CommandWithDefaults(TyperCommand):
             text = getattr(option, "help", None)
             if text is not None:
                 option.help = with_defaults(text)  # type: ignore[attr-defined]
-        super().format_help(ctx, formatter)
+        with _switches_in_one_word(self.params):
+            super().format_help(ctx, formatter)
+
+
+@contextmanager
+def _switches_in_one_word(options: list[Any]) -> Iterator[None]:
+    """Name the two options of a switch in one word, such as `--[no-]video`, inside the block.
+
+    In two columns the longest would not fit a terminal of 80 columns, and would be cut.
+    """
+    before = [(option, option.opts, option.secondary_opts) for option in options]
+    try:
+        for option, names, opposites in before:
+            if [name.replace("--", "--no-", 1) for name in names] == opposites:
+                option.opts = [name.replace("--", "--[no-]", 1) for name in names]
+                option.secondary_opts = []
+        yield
+    finally:
+        for option, names, opposites in before:
+            option.opts, option.secondary_opts = names, opposites
 
 
 def with_defaults(text: str) -> str:

@@ -192,3 +192,15 @@ def test_words_and_ranges_of_options_are_those_of_python(servoid_command: Comman
         outcome = servoid_command(*options)
         assert outcome.code == 2
         assert message in " ".join(outcome.err.replace("│", "").split())
+
+
+@pytest.mark.parametrize("command", [name for name in COMMANDS if not COMMANDS[name].hidden])
+def test_no_help_page_cuts_an_option_at_80_columns(command: str, servoid_command: Command) -> None:
+    page = servoid_command(command, "--help").out
+    assert "…" not in page
+    switches = set(re.findall(r"--\[no-\]([\w-]+)", page))
+    names = set(re.findall(r"(?<![\w-])--[\w-]+", page))
+    names |= {f"--{name}" for name in switches} | {f"--no-{name}" for name in switches}
+    options = [one for one in COMMANDS[command].params if one.param_type_name == "option"]
+    given = {name for one in options for name in (*one.opts, *one.secondary_opts)}
+    assert {name for name in given if name.startswith("--")} - names == set()

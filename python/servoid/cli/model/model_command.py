@@ -190,7 +190,7 @@ def model(
 
     [bold]servoid model photos --out body.json --max-ellipsoids 12 --delta 0 --views ::2[/bold]
 
-    [bold]servoid model film.mp4 --out body.json --target click:320,240[/bold]
+    [bold]servoid model film.mp4 --out body.json --target box:240,160,400,320[/bold]
 
     [bold]servoid model mesh.ply --out body.json --max-ellipsoids 8 --report report[/bold]
 

@@ -259,7 +259,7 @@ def track(
 
     [bold]servoid track video --target box:120,80,420,400 --video out.mp4[/bold]
 
-    [bold]servoid track film.mp4 --fov 65 --target click:320,240 --distance 0.4[/bold]
+    [bold]servoid track film.mp4 --fov 65 --target box:240,160,400,320 --distance 0.4[/bold]
 
     [bold]servoid track 0 --fov 65 --body a.json --duration 60 --record run[/bold]
     """

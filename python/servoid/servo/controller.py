@@ -17,6 +17,7 @@ from servoid.servo.arguments import (
 from servoid.servo.arm import Arm, JointState, Shaped
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.keeping.bounds import Bounds, Rows, Window
+from servoid.servo.keeping.confirming import Confirming
 from servoid.servo.keeping.limiter import Limiter
 from servoid.servo.keeping.limits import JointLimits
 from servoid.servo.keeping.safety import LOCATED, Reason, SafetySupervisor, is_within_reason
@@ -118,6 +119,7 @@ class Controller:
         self._target = TargetFilter(settings.target)
         self._supervisor = SafetySupervisor(settings.safety, self._target)
         self._limits = JointLimits(arm.joints, settings.joints, arm.period_s)
+        self._confirming = Confirming(arm.joints, arm.period_s)
         fade_s = 0.5 * settings.joints.ramp_s
         reaction_s = settings.joints.reaction_s + arm.period_s + fade_s
         self._workspace = WorkspaceLimits(settings.safety, reaction_s, arm.period_s)
@@ -320,6 +322,10 @@ class Controller:
             and state.time_s - command.time_s > _MISSED_PERIODS * self._arm.period_s
         ):
             command = None
+        if not (self._confirming.see(state, anew=command is None) or state.stopped):
+            if command is None:
+                self._previous = None  # joints that nobody commands are commanded to rest
+            return None
         # Joints may be measured somewhat faster than they may be commanded.
         previous = self._limits.clipped(velocities) if command is None else command.velocities
         # The command takes effect where the joints will be after their lag.

@@ -15,7 +15,8 @@ _CAUSES = np.array(
 _HALVINGS = 12  # candidate accelerations for the largest one that still stops in time
 _SIDES = np.array([[-1.0], [1.0]])
 _OVERSHOOT = 2.0  # share of its speed limit above which a joint's measured speed cannot be true
-_JITTER = 0.1  # rad/s: error of measured speeds, of joints with any limit
+JITTER = 0.1
+"""The error of measured joint speeds in rad/s, of joints with any limit."""
 
 
 def stoppable_speed(room: Floats, deceleration: Floats | float, reaction_s: float) -> Floats:
@@ -61,7 +62,7 @@ class JointLimits:
 
     def may_move_at(self, velocities: Floats) -> bool:
         """Return whether the joints can have such measured speeds (N,)."""
-        return bool(np.all(np.abs(velocities) <= _OVERSHOOT * self._fastest + _JITTER))
+        return bool(np.all(np.abs(velocities) <= _OVERSHOOT * self._fastest + JITTER))
 
     def clipped(self, velocities: Floats) -> Floats:
         """Return the nearest speeds (N,) that the joints' own limits allow."""

@@ -25,7 +25,7 @@ class Reason(Enum):
     NOT_FINITE = "the estimate or the goal holds numbers that are not finite, or far too large"
     TELEPORT = "the target jumped farther than it can move"
     RETURNING = "the target is back; waiting for more images that confirm it"
-    BAD_STATE = "the arm's joint state or Jacobian is not finite, or a speed in it is impossible"
+    BAD_STATE = "the arm's joint state or Jacobian is not finite, or its speeds cannot be true"
     PROTECTIVE_STOP = "the arm's own driver has stopped it and waits for a reset"
     PARTED = "the tracker's estimates have differed from the filtered pose for too long"
     ADRIFT = "uncertain estimates of the target's rotation would move the goal too far"

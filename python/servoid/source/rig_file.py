@@ -10,7 +10,7 @@ import numpy as np
 
 from servoid._native import Pose
 from servoid.capture.capture_file import LensEntry, Row, Version, mounted_lenses, read_versioned
-from servoid.config.places import name_fault
+from servoid.config.places import is_file, name_fault
 from servoid.errors import CaptureError, located
 from servoid.source.controls import Controls
 from servoid.source.grabbing import Video
@@ -49,8 +49,8 @@ def read_rig(path: str | Path) -> tuple[LiveCamera, ...]:
     The devices of [[pair]] tables are opened, since the calibration of their eyes is in them.
 
     Raises:
-        CaptureError: the file is missing or malformed, two cameras share a name, or the device of
-            a pair cannot be opened.
+        CaptureError: the file is missing or malformed, two cameras share a name, a device is a
+            recorded file, or the device of a pair cannot be opened.
         CameraError: a camera cannot exist, or its model is unknown.
         PoseError: a `rig_from_camera` or `rig_from_left` is not a rigid motion.
         MissingExtraError: the driver's library of a pair is not installed.
@@ -79,6 +79,14 @@ def read_rig(path: str | Path) -> tuple[LiveCamera, ...]:
 
 
 def _check(path: Path, file: _RigFile) -> None:
+    for entry in file.camera:
+        # OpenCV would deliver the images of a file as fast as it decodes them.
+        if isinstance(entry.device, str) and is_file(Path(entry.device)):
+            raise CaptureError(
+                f"{path}, camera '{entry.name}': device is '{entry.device}', which is a file and "
+                "not a live camera; give a camera's number, a /dev/ file or an address, or name "
+                "the video as images in a capture.toml"
+            )
     for fault in (name_fault(entry.name) for entry in file.pair):
         if fault is not None:
             raise CaptureError(f"{path}: {fault}")

@@ -281,6 +281,14 @@ def test_a_rigs_file_says_what_the_cameras_are(tmp_path: Path) -> None:
     assert right.rig_from_camera.translation == (0.1, 0.0, 0.0)
 
 
+def test_a_file_is_no_live_device_of_a_rig(tmp_path: Path) -> None:
+    film, path = tmp_path / "film.avi", tmp_path / "rig.toml"
+    film.touch()
+    path.write_text(RIG.replace("rtsp://10.0.0.5/stream", film.as_posix()))
+    with pytest.raises(CaptureError, match=r"camera 'right': device is '.*film.avi', which is a f"):
+        read_rig(path)
+
+
 def test_the_rig_on_the_page_of_formats_can_be_read(tmp_path: Path) -> None:
     page = (Path(__file__).parents[3] / "docs" / "formats.md").read_text(encoding="utf-8")
     (text,) = [part for part in page.split("```") if part.startswith("toml") and "device" in part]

@@ -230,11 +230,19 @@ impl Tracker {
                 self.motion = Motion::at_rest(time_s, hypothesis.pose);
             }
             self.innovation = first_innovation(&self.target.solid);
-            self.trust.accept(&hypothesis.quality, &self.target.reference, false, usual);
+            let reference = self.target.usual(&hypothesis.toward);
+            self.trust.accept(&hypothesis.quality, &reference, false, usual);
+            if self.trust.is_proved() {
+                self.target.settle(&hypothesis.toward);
+            }
             return;
         }
         let goes_on = self.is_landed(expected, hypothesis);
-        self.trust.accept(&hypothesis.quality, &self.target.reference, goes_on, usual);
+        let reference = self.target.usual(&hypothesis.toward);
+        self.trust.accept(&hypothesis.quality, &reference, goes_on, usual);
+        if self.trust.is_proved() {
+            self.target.settle(&hypothesis.toward);
+        }
         self.target.bias.update(
             &hypothesis.toward,
             hypothesis.normal.outline,

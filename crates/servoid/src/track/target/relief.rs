@@ -55,6 +55,16 @@ impl Relief {
         }
     }
 
+    /// Returns that deviation, if it was measured.
+    pub(crate) fn misfit(&self) -> Option<f64> {
+        self.misfit
+    }
+
+    /// Restores it.
+    pub(crate) fn recall(&mut self, is_open: bool, misfit: Option<f64>) {
+        *self = Self { is_open, misfit: misfit.filter(|_| !is_open) };
+    }
+
     /// Returns whether keyframes confirm the body.
     pub(crate) fn is_confirmed(&self) -> bool {
         self.misfit.is_some_and(|rms| rms <= CONFIRMED)

@@ -12,6 +12,8 @@ use super::estimate::Notice;
 use super::inputs::Inputs;
 use super::pose::hypothesis::Hypothesis;
 use super::pose::uncertainty::uncertainty;
+use super::target::shares::Shares;
+use super::target::views::{KnownView, Usual};
 use super::tracker::Tracker;
 use crate::camera::{Mask, Observation};
 use crate::pose::Pose;
@@ -57,6 +59,7 @@ impl Tracker {
                 .reference
                 .follow(&hypothesis.quality, (hypothesis.pose.translation() - eye).norm());
             self.keep_views(observation, &hypothesis.pose);
+            self.note_view(observation, hypothesis);
             if self.is_patterned(&hypothesis.quality) {
                 let pose =
                     self.covariance(&uncertainty(&hypothesis.normal, self.target.solid.radius));
@@ -78,6 +81,20 @@ impl Tracker {
         if may.surface {
             self.update_ranges(observation, &hypothesis.pose, &[]);
         }
+    }
+
+    /// Notes the side from which the object is seen, its colours there, and how much of it is
+    /// recognised.
+    pub(super) fn note_view(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
+        let object_from_camera = hypothesis.pose.inverse() * observation.world_from_camera[0];
+        let colors = self.target.colors.object_shares().map(Shares::frequent);
+        let expected = self.target.colors.expected(&self.frame.kinds(observation), &colors);
+        self.target.views.offer(KnownView {
+            object_from_camera: object_from_camera.rotation(),
+            toward: object_from_camera.translation().normalize(),
+            usual: Usual::of(&hypothesis.quality, expected),
+            colors,
+        });
     }
 
     /// Adds templates of points that are recognised from a side for which they have none.

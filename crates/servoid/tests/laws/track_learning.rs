@@ -283,11 +283,12 @@ fn an_appearance_with_absurd_numbers_is_refused_in_words() {
         assert!(said.contains(flaw) && said.contains("save the body again"), "{said}");
     };
     words(7, b"3", "do not begin with servoap1 or servoap2");
-    words(8, &[4], "neither 0 nor 1");
+    words(8, &[8], "neither 0 nor 1");
     words(9, &65_u32.to_le_bytes(), "number of ellipsoids is outside of its range");
-    words(21, &f64::NAN.to_le_bytes(), "not finite");
+    words(21, &2_f32.to_le_bytes(), "orientation of the given pose");
+    words(37, &f64::NAN.to_le_bytes(), "not finite");
     words(
-        125,
+        141,
         &5000_u32.to_le_bytes(),
         "hold 5000 colours of a kind, and an object has at most 4096",
     );

@@ -17,6 +17,7 @@ use super::target::keyframes::Keyframes;
 use super::target::points::Points;
 use super::target::ranges::Ranges;
 use super::target::reference::Reference;
+use super::target::relief::Relief;
 use super::target::shares::Shares;
 use super::target::views::Views;
 use super::tracker::Tracker;
@@ -39,6 +40,9 @@ pub struct Appearance {
     /// Whether the body is not trusted, and the deviation of points from it.
     is_open: bool,
     misfit: Option<f64>,
+    /// Orientation of the first camera in the object's frame where the pose was given, as
+    /// (w, x, y, z).
+    given: Option<[f32; 4]>,
 }
 
 impl Appearance {
@@ -91,6 +95,7 @@ impl Tracker {
             ellipsoids: target.body.ellipsoids().len(),
             is_open: target.relief.is_open,
             misfit: target.relief.misfit(),
+            given: target.relief.given().map(stored::orientation),
         }
     }
 
@@ -101,9 +106,9 @@ impl Tracker {
         let features = appearance.points.iter().filter_map(StoredPoint::feature);
         target.points = Points::of(features.collect());
         target.views = Views::of(appearance.views.iter().map(|view| view.view(cameras)));
-        target
-            .relief
-            .recall(self.settings.depth_from_motion || appearance.is_open, appearance.misfit);
+        let is_open = self.settings.depth_from_motion || appearance.is_open;
+        let given = appearance.given.map(stored::rotation);
+        target.relief = Relief::known(is_open, appearance.misfit, given);
         let ellipsoids = target.body.ellipsoids().len();
         target.offsets = ContourOffsets::unknown(ellipsoids);
         if ellipsoids == appearance.ellipsoids {

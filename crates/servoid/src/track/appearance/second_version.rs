@@ -23,6 +23,8 @@ const VIEW_COLOR_BYTES: usize = 4;
 const VIEW_BYTES: usize = 56;
 const OFFSET_BYTES: usize = 25;
 const LEAST_POINT_BYTES: usize = 132;
+/// Stands for an orientation that is not known.
+const NO_ROTATION: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
 /// Largest variance of an orientation, and largest angle, in radians.
 const WIDEST: f32 = 1e3;
 
@@ -30,9 +32,10 @@ pub(super) fn write(appearance: &Appearance) -> Vec<u8> {
     let Appearance { points, colors, reference, views, offsets, ellipsoids, .. } = appearance;
     let mut writer = Writer::default();
     writer.bytes(MAGIC);
-    writer.flags(&[appearance.is_open, appearance.misfit.is_some()]);
+    writer.flags(&[appearance.is_open, appearance.misfit.is_some(), appearance.given.is_some()]);
     writer.count(*ellipsoids);
     writer.numbers(&[appearance.misfit.unwrap_or_default()]);
+    writer.singles(&appearance.given.unwrap_or(NO_ROTATION));
     writer.numbers(reference);
     for colors in colors {
         writer.count(colors.0.len());
@@ -82,7 +85,7 @@ fn write_point(writer: &mut Writer, point: &StoredPoint) {
 }
 
 pub(super) fn read(reader: &mut Reader<'_>) -> Result<Appearance, Flaw> {
-    let [is_open, is_measured] = reader.flags()?;
+    let [is_open, is_measured, is_given] = reader.flags()?;
     let ellipsoids = reader.whole()? as usize;
     if ellipsoids > Body::MAX_ELLIPSOIDS {
         return Err(Flaw::Outside("number of ellipsoids"));
@@ -91,6 +94,7 @@ pub(super) fn read(reader: &mut Reader<'_>) -> Result<Appearance, Flaw> {
     if misfit.is_some_and(|rms| rms < 0.0) {
         return Err(Flaw::Outside("deviation of points from the body"));
     }
+    let given = Some(reader.unit("orientation of the given pose")?).filter(|_| is_given);
     let reference = reader.numbers::<{ Reference::NUMBERS }>()?;
     let colors = [colors(reader)?, colors(reader)?];
     let count = reader.count("views", (MOST_VIEWS, VIEW_BYTES))?;
@@ -100,7 +104,7 @@ pub(super) fn read(reader: &mut Reader<'_>) -> Result<Appearance, Flaw> {
     let offsets = (0..count).map(|_| offset(reader, cells)).collect::<Result<_, _>>()?;
     let count = reader.count("surface points", (MOST_POINTS, LEAST_POINT_BYTES))?;
     let points = (0..count).map(|_| point(reader)).collect::<Result<_, _>>()?;
-    Ok(Appearance { points, colors, reference, views, offsets, ellipsoids, is_open, misfit })
+    Ok(Appearance { points, colors, reference, views, offsets, ellipsoids, is_open, misfit, given })
 }
 
 fn colors(reader: &mut Reader<'_>) -> Result<Shares, Flaw> {

@@ -47,8 +47,9 @@ pub(super) struct StoredView {
     /// Orientation of the first camera in the object's frame, as (w, x, y, z).
     pub(super) object_from_camera: [f32; 4],
     pub(super) toward: [f32; 3],
-    /// The usual ratio inside the outline as a share of that of the colours, agreement of the outline, and for one camera the support, and the numbers of
-    /// points that were recognised and that had the contrast of a pattern.
+    /// The usual ratio inside the outline as a share of that of the colours, agreement of the
+    /// outline, and for one camera the support, and the numbers of points that were recognised and
+    /// that had the contrast of a pattern.
     pub(super) usual: [f32; 5],
     /// Bins of colours and their shares in quanta, in grey images and in others.
     pub(super) colors: [Vec<(u16, u16)>; 2],
@@ -134,7 +135,6 @@ impl StoredTemplate {
 impl StoredView {
     /// Returns what is stored of a view, with the points that each of `cameras` recognised.
     pub(super) fn of(view: &KnownView, cameras: usize) -> Self {
-        let turn = view.object_from_camera.into_inner().coords;
         let Usual { inside, outline, support, recognised, textured } = view.usual;
         let each = 1.0 / cameras as f64;
         let usual = [inside, outline, support * each, recognised * each, textured * each];
@@ -142,7 +142,7 @@ impl StoredView {
         let colors =
             |all: &Shares| all.0.iter().map(|&(bin, share)| (bin as u16, quanta(share))).collect();
         Self {
-            object_from_camera: [turn.w, turn.x, turn.y, turn.z].map(|x| x as f32),
+            object_from_camera: orientation(view.object_from_camera),
             toward: single(&view.toward),
             usual: usual.map(|x| x as f32),
             colors: view.colors.each_ref().map(colors),
@@ -151,13 +151,12 @@ impl StoredView {
 
     /// Makes a view of it, for other cameras.
     pub(super) fn view(&self, cameras: usize) -> KnownView {
-        let [w, x, y, z] = self.object_from_camera.map(f64::from);
         let [inside, outline, support, recognised, textured] = self.usual.map(f64::from);
         let all = cameras as f64;
         let share = |&(bin, quanta): &(u16, u16)| (u32::from(bin), f32::from(quanta) / SHARES);
         let colors = |all: &Vec<(u16, u16)>| Shares(all.iter().map(share).collect());
         KnownView {
-            object_from_camera: UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
+            object_from_camera: rotation(self.object_from_camera),
             toward: double(self.toward),
             usual: Usual {
                 inside,
@@ -191,6 +190,18 @@ impl StoredOffset {
         };
         (self.cell as usize, offset)
     }
+}
+
+/// Returns a rotation as (w, x, y, z).
+pub(super) fn orientation(rotation: UnitQuaternion<f64>) -> [f32; 4] {
+    let turn = rotation.into_inner().coords;
+    [turn.w, turn.x, turn.y, turn.z].map(|x| x as f32)
+}
+
+/// Returns the rotation of (w, x, y, z).
+pub(super) fn rotation(orientation: [f32; 4]) -> UnitQuaternion<f64> {
+    let [w, x, y, z] = orientation.map(f64::from);
+    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }
 
 pub(super) fn single(vector: &Vector3<f64>) -> [f32; 3] {

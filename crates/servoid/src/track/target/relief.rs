@@ -34,6 +34,15 @@ impl Relief {
         Self { is_open, misfit: None, given: None }
     }
 
+    /// Restores what is known.
+    pub(crate) fn known(
+        is_open: bool,
+        misfit: Option<f64>,
+        given: Option<UnitQuaternion<f64>>,
+    ) -> Self {
+        Self { is_open, misfit: misfit.filter(|_| !is_open), given }
+    }
+
     /// Stores the orientation of the first camera, in the object's frame, at the given pose.
     pub(crate) fn begin(&mut self, object_from_camera: UnitQuaternion<f64>) {
         self.given = Some(object_from_camera);
@@ -60,9 +69,9 @@ impl Relief {
         self.misfit
     }
 
-    /// Restores it.
-    pub(crate) fn recall(&mut self, is_open: bool, misfit: Option<f64>) {
-        *self = Self { is_open, misfit: misfit.filter(|_| !is_open) };
+    /// Returns the orientation of the first camera, in the object's frame, at the given pose.
+    pub(crate) fn given(&self) -> Option<UnitQuaternion<f64>> {
+        self.given
     }
 
     /// Returns whether keyframes confirm the body.

@@ -8,7 +8,7 @@ import numpy as np
 from servoid.camera.images import read_image, read_mask
 from servoid.camera.smoothing import gaussian
 from servoid.errors import DoubtError, TargetError, located
-from servoid.segment.answers import CLEAR, HAND_PX, STEADY, Answers, overlap
+from servoid.segment.answers import CLEAR, HAND_PX, STEADY, Answers
 from servoid.segment.boxes import Corners, grow_from_box, larger, pixels_in
 from servoid.segment.clicks import grow_from_click
 from servoid.segment.doubts import Depth, far_sides, is_thin, parted_by_depth, thickness_left
@@ -159,8 +159,9 @@ def _in_box(image: Image, target: BoxTarget) -> Found:
     box = (target.u0, target.v0, target.u1, target.v1)
     _check_box(pixels_in(box, image.shape))
     answers = grow_from_box(image, box)
-    mask = _mask_in(image, box, answers)
-    found, beyond = _found(image, mask, answers, "a box moved", STEADY), _beyond(box, image)
+    mask = answers.sharp(image)
+    mask[pixels_in(larger(box), image.shape) == 0] = 0
+    found, beyond = _found(image, mask, answers, "a box moved"), _beyond(box, image)
     if found.doubt is not None and beyond:
         # Wrong numbers of the box are the likelier reason, so an error reports them first.
         found, beyond = replace(found, doubt=f"{'; '.join(beyond)}; and {found.doubt}"), ()
@@ -175,45 +176,15 @@ def _at_click(image: Image, target: ClickTarget) -> Found:
             f"{height - 1}"
         )
     answers = grow_from_click(image, target.u, target.v)
-    mask = answers.sharp(image)
-    if answers.steadiness < CLEAR or not mask.any():
-        return _found(image, mask, answers, "a click moved", CLEAR)
-    return _confirmed(image, mask)
+    return _found(image, answers.sharp(image), answers, "a click moved")
 
 
-def _confirmed(image: Image, clicked: Mask) -> Found:
-    """Find the object in the box around the mask of a click: the two searches must agree.
-
-    A click's few colours mislead it to parts of an object and to what lies beside it. The search in
-    a box knows the background on all sides, and finds another object there in most such cases.
-    """
-    rows, columns = np.flatnonzero(clicked.any(axis=1)), np.flatnonzero(clicked.any(axis=0))
-    box = (float(columns[0]), float(rows[0]), float(columns[-1]), float(rows[-1]))
-    answers = grow_from_box(image, box)
-    mask = _mask_in(image, box, answers)
-    shared = overlap(mask, clicked)
-    if shared >= CLEAR:
-        return _found(image, mask, answers, "the box around the mask of the click, moved", STEADY)
-    doubt = (
-        "the box around the mask of the click contains another object: their masks overlap by "
-        f"{_floor(shared)} (intersection over union), and {CLEAR} is needed"
-    )
-    return Found(clicked, (clicked, mask), doubt)
-
-
-def _mask_in(image: Image, box: Corners, answers: Answers) -> Mask:
-    """Return the mask of the answers of a box at the image's size, which the box limits."""
-    mask = answers.sharp(image)
-    mask[pixels_in(larger(box), image.shape) == 0] = 0
-    return mask
-
-
-def _found(image: Image, mask: Mask, answers: Answers, moved: str, steady: float) -> Found:
+def _found(image: Image, mask: Mask, answers: Answers, moved: str) -> Found:
     doubt, clearness = None, _floor(answers.clearness)
-    if answers.steadiness < steady:
+    if answers.steadiness < STEADY:
         doubt = (
             f"{moved} by {HAND_PX:.0f} px finds another object: its mask overlaps the most common "
-            f"one by {_floor(answers.steadiness)} (intersection over union), and {steady} is needed"
+            f"one by {_floor(answers.steadiness)} (intersection over union), and {STEADY} is needed"
         )
     elif answers.clearness < CLEAR:
         doubt = (

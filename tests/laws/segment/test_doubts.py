@@ -31,8 +31,6 @@ from servoid.segment import (
     find_with_doubts,
     finding,
 )
-from servoid.segment.answers import Answers
-from servoid.segment.segment import Window
 
 Mask = NDArray[np.uint8]
 SIZE_PX = (320, 240)
@@ -62,11 +60,6 @@ distortion = {list(LENSES[model])}
 rig_from_camera = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 """)
     return open_capture(folder)
-
-
-def above(mask: Mask, row: int) -> Mask:
-    """Cut a mask off at a row."""
-    return np.where(np.arange(len(mask))[:, None] < row, mask, 0).astype(np.uint8)
 
 
 def target_of(kind: str, mask: Mask, folder: Path) -> Target:
@@ -155,29 +148,6 @@ def test_a_click_between_two_patches_is_refused_as_its_neighbours_find_something
     with pytest.raises(DoubtError, match="a click moved by 3 px") as refused:
         find_object(ClickTarget(160, 119), patchwork())
     assert len(refused.value.masks) > 1
-
-
-def test_a_click_whose_box_contains_another_object_is_refused(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    image, mask, _ = drawn()
-    upper = above(mask, 120)
-    window = Window.whole(image.shape, max(image.shape))
-    monkeypatch.setattr(finding, "grow_from_click", lambda *_: Answers.of(window, [mask]))
-    monkeypatch.setattr(finding, "grow_from_box", lambda *_: Answers.of(window, [upper]))
-    with pytest.raises(DoubtError, match="box around the mask of the click contains another"):
-        find_object(ClickTarget(160, 120), image)
-
-
-def test_a_click_that_is_not_quite_steady_is_confirmed_by_the_box_around_its_mask(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    image, mask, _ = drawn()
-    masks = [mask, mask, above(mask, 174)]
-    assert 0.8 < iou(masks[2], mask) < 0.94
-    window = Window.whole(image.shape, max(image.shape))
-    monkeypatch.setattr(finding, "grow_from_click", lambda *_: Answers.of(window, masks))
-    assert iou(find_object(ClickTarget(160, 120), image), mask) > 0.97
 
 
 def test_a_mask_that_is_only_a_line_is_refused(tmp_path: Path) -> None:

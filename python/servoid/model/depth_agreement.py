@@ -1,6 +1,7 @@
 """Checks that depth images agree with what stereo measures of the same object."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,48 +17,74 @@ _APART = 1.15  # ratio of the distances from which on they contradict each other
 _EVEN = 0.1  # relative spread of the ratio within which a wrong unit explains it
 
 
-def check_depth_agrees(pairs: Sequence[tuple[CaptureView, CaptureView]]) -> None:
-    """Check that the depth images of views agree with stereo, within 15 %.
+@dataclass(frozen=True)
+class _Compared:
+    """The depth of a view divided by what stereo measures: its median and the middle half."""
 
-    Each view with a depth image comes with another view of the same instant. Pairs that cannot be
-    matched are not compared.
+    view: CaptureView
+    other: CaptureView
+    low: float
+    ratio: float
+    high: float
+    depth_m: float
+    stereo_m: float
+
+    @property
+    def agrees(self) -> bool:
+        """Return whether both measure about the same."""
+        return 1.0 / _APART < self.ratio < _APART
+
+
+def check_depth_agrees(pairs: Sequence[tuple[CaptureView, CaptureView]]) -> None:
+    """Check that the depth images of views agree with stereo, within 15 % in most of three views.
+
+    Each view comes with another view of the same instant. Views without a depth image, and pairs
+    that cannot be matched, are not compared.
 
     Raises:
         CaptureError: they contradict each other.
         CameraError: the images of a pair are exchanged.
 
     """
-    if pairs:
-        for number in np.unique(np.linspace(0, len(pairs) - 1, _MOST_VIEWS).round()):
-            _check(*pairs[int(number)])
+    pairs = [pair for pair in pairs if _has_depth(pair[0])]
+    if not pairs:
+        return
+    chosen = np.unique(np.linspace(0, len(pairs) - 1, _MOST_VIEWS).round())
+    compared = [one for number in chosen if (one := _compared(*pairs[int(number)])) is not None]
+    apart = [one for one in compared if not one.agrees]
+    if 2 * len(apart) > len(compared):
+        raise CaptureError(_contradiction(apart[0]))
 
 
-def _check(view: CaptureView, other: CaptureView) -> None:
+def _has_depth(view: CaptureView) -> bool:
+    return view.depth_path is not None or view.depth_m is not None
+
+
+def _compared(view: CaptureView, other: CaptureView) -> _Compared | None:
     depth = view.depth()
     if depth is None:
-        return
+        return None
     check_not_exchanged(view, other)
     try:
         measured = depth_of_pair(view, other)
     except (CameraError, TargetError):
-        return
+        return None
     both = np.isfinite(measured) & np.isfinite(depth) & (depth > 0.0)
     if both.sum() < _LEAST_PX:
-        return
-    ratios = depth[both] / measured[both]
-    low, ratio, high = (float(one) for one in np.quantile(ratios, (0.25, 0.5, 0.75)))
-    if 1.0 / _APART < ratio < _APART:
-        return
-    far, near = (_rounded(float(np.median(one[both]))) for one in (depth, measured))
-    cure = (
-        f"; if the pair is right, {_unit(view, ratio)}"
-        if high - low < _EVEN * ratio
-        else "; if the pair is right, leave the depth images out"
-    )
-    raise CaptureError(
-        f"{view.name}: the object is {far} m away in its depth image, and {near} m by stereo with "
-        f"{other.name}: {_rounded(ratio)} times as far{cure}; if the depth is right, correct the "
-        "poses of the cameras"
+        return None
+    low, ratio, high = map(float, np.quantile(depth[both] / measured[both], (0.25, 0.5, 0.75)))
+    far, near = (float(np.median(one[both])) for one in (depth, measured))
+    return _Compared(view, other, low, ratio, high, far, near)
+
+
+def _contradiction(found: _Compared) -> str:
+    is_even = found.high - found.low < _EVEN * found.ratio
+    cure = _unit(found.view, found.ratio) if is_even else "leave the depth images out"
+    return (
+        f"{found.view.name}: the object is {_rounded(found.depth_m)} m away in its depth image, "
+        f"and {_rounded(found.stereo_m)} m by stereo with {found.other.name}: "
+        f"{_rounded(found.ratio)} times as far; if the pair is right, {cure}; if the depth is "
+        "right, correct the poses of the cameras"
     )
 
 
@@ -81,5 +108,6 @@ def with_twins(
     pairs = []
     for view in views:
         twins = (one for one in everything if one.index == view.index and one.name != view.name)
-        pairs.extend((view, twin) for twin in list(twins)[:1])
+        if (twin := next(twins, None)) is not None:
+            pairs.append((view, twin))
     return pairs

@@ -40,6 +40,7 @@ def stop(*_, **__):
     time.sleep(3.0)
 
 modelling.fit_capture = stop
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup may run the tests
 main(sys.argv[2:])
 """
 HUNG_UP_WHILE_IT_RUNS = """

@@ -285,10 +285,11 @@ fn an_appearance_with_absurd_numbers_is_refused_in_words() {
     words(7, b"3", "do not begin with servoap1 or servoap2");
     words(8, &[8], "neither 0 nor 1");
     words(9, &65_u32.to_le_bytes(), "number of ellipsoids is outside of its range");
-    words(21, &2_f32.to_le_bytes(), "orientation of the given pose");
-    words(37, &f64::NAN.to_le_bytes(), "not finite");
+    words(21, &(-1_f64).to_le_bytes(), "noise of the orientation");
+    words(29, &2_f32.to_le_bytes(), "orientation of the given pose");
+    words(45, &f64::NAN.to_le_bytes(), "not finite");
     words(
-        141,
+        149,
         &5000_u32.to_le_bytes(),
         "hold 5000 colours of a kind, and an object has at most 4096",
     );

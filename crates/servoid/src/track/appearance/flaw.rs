@@ -30,7 +30,7 @@ pub enum Flaw {
     #[error("a flag in them is neither 0 nor 1")]
     Flags,
     /// A direction or an orientation does not have the length 1.
-    #[error("the {0} has not the length 1")]
+    #[error("the {0} does not have the length 1")]
     NotUnit(&'static str),
     /// A number is outside of its range.
     #[error("the {0} is outside of its range")]

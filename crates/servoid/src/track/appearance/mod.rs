@@ -40,6 +40,8 @@ pub struct Appearance {
     /// Whether the body is not trusted, and the deviation of points from it.
     is_open: bool,
     misfit: Option<f64>,
+    /// Variance of the orientation by the noise of images, where motion determines distances.
+    noise_variance: f64,
     /// Orientation of the first camera in the object's frame where the pose was given, as
     /// (w, x, y, z).
     given: Option<[f32; 4]>,
@@ -95,6 +97,7 @@ impl Tracker {
             ellipsoids: target.body.ellipsoids().len(),
             is_open: target.relief.is_open,
             misfit: target.relief.misfit(),
+            noise_variance: target.points.noise_variance.min(f64::from(second_version::WIDEST)),
             given: target.relief.given().map(stored::orientation),
         }
     }
@@ -105,6 +108,7 @@ impl Tracker {
         target.reference = Reference::of(appearance.reference, cameras);
         let features = appearance.points.iter().filter_map(StoredPoint::feature);
         target.points = Points::of(features.collect());
+        target.points.noise_variance = appearance.noise_variance;
         target.views = Views::of(appearance.views.iter().map(|view| view.view(cameras)));
         let is_open = self.settings.depth_from_motion || appearance.is_open;
         let given = appearance.given.map(stored::rotation);

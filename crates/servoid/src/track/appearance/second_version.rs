@@ -22,11 +22,9 @@ const COLOR_BYTES: usize = 8;
 const VIEW_COLOR_BYTES: usize = 4;
 const VIEW_BYTES: usize = 56;
 const OFFSET_BYTES: usize = 25;
-const LEAST_POINT_BYTES: usize = 132;
-/// Stands for an orientation that is not known.
-const NO_ROTATION: [f32; 4] = [1.0, 0.0, 0.0, 0.0];
+const LEAST_POINT_BYTES: usize = 134;
 /// Largest variance of an orientation, and largest angle, in radians.
-const WIDEST: f32 = 1e3;
+pub(super) const WIDEST: f32 = 1e3;
 
 pub(super) fn write(appearance: &Appearance) -> Vec<u8> {
     let Appearance { points, colors, reference, views, offsets, ellipsoids, .. } = appearance;
@@ -34,8 +32,8 @@ pub(super) fn write(appearance: &Appearance) -> Vec<u8> {
     writer.bytes(MAGIC);
     writer.flags(&[appearance.is_open, appearance.misfit.is_some(), appearance.given.is_some()]);
     writer.count(*ellipsoids);
-    writer.numbers(&[appearance.misfit.unwrap_or_default()]);
-    writer.singles(&appearance.given.unwrap_or(NO_ROTATION));
+    writer.numbers(&[appearance.misfit.unwrap_or_default(), appearance.noise_variance]);
+    writer.singles(&appearance.given.unwrap_or([1.0, 0.0, 0.0, 0.0]));
     writer.numbers(reference);
     for colors in colors {
         writer.count(colors.0.len());
@@ -61,8 +59,8 @@ pub(super) fn write(appearance: &Appearance) -> Vec<u8> {
         writer.singles(at);
         writer.flags(&[*given]);
     }
-    writer.count(points.len());
-    points.iter().for_each(|point| write_point(&mut writer, point));
+    writer.count(points.len().min(MOST_POINTS));
+    points.iter().take(MOST_POINTS).for_each(|point| write_point(&mut writer, point));
     writer.0
 }
 
@@ -94,6 +92,10 @@ pub(super) fn read(reader: &mut Reader<'_>) -> Result<Appearance, Flaw> {
     if misfit.is_some_and(|rms| rms < 0.0) {
         return Err(Flaw::Outside("deviation of points from the body"));
     }
+    let noise_variance = reader.number()?;
+    if !(0.0..=f64::from(WIDEST)).contains(&noise_variance) {
+        return Err(Flaw::Outside("noise of the orientation"));
+    }
     let given = Some(reader.unit("orientation of the given pose")?).filter(|_| is_given);
     let reference = reader.numbers::<{ Reference::NUMBERS }>()?;
     let colors = [colors(reader)?, colors(reader)?];
@@ -104,7 +106,18 @@ pub(super) fn read(reader: &mut Reader<'_>) -> Result<Appearance, Flaw> {
     let offsets = (0..count).map(|_| offset(reader, cells)).collect::<Result<_, _>>()?;
     let count = reader.count("surface points", (MOST_POINTS, LEAST_POINT_BYTES))?;
     let points = (0..count).map(|_| point(reader)).collect::<Result<_, _>>()?;
-    Ok(Appearance { points, colors, reference, views, offsets, ellipsoids, is_open, misfit, given })
+    Ok(Appearance {
+        points,
+        colors,
+        reference,
+        views,
+        offsets,
+        ellipsoids,
+        is_open,
+        misfit,
+        noise_variance,
+        given,
+    })
 }
 
 fn colors(reader: &mut Reader<'_>) -> Result<Shares, Flaw> {

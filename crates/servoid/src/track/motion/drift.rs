@@ -64,6 +64,9 @@ impl Tracker {
         let Target { points, relief, .. } = &mut self.target;
         let is_guess = points.are_from_body(&self.workspace.matches);
         let now = object_from_camera(observation, pose);
+        if relief.given().is_none() {
+            relief.begin(now);
+        }
         points.relief_variance = if is_guess { relief.turn_variance(&now) } else { 0.0 };
     }
 

@@ -75,7 +75,9 @@ fn shifted(
             });
         }
         let most = votes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        let Some((at, _)) = most.filter(|(_, votes)| **votes >= least) else { continue };
+        let Some((at, _)) = most.filter(|(_, votes)| **votes > 0.0 && **votes >= least) else {
+            continue;
+        };
         let off = Vector2::new((at % side) as f64, (at / side) as f64);
         let off_px = (off - Vector2::repeat(reach as f64)) * pixel;
         let weight = VOTE_PX.powi(-2);

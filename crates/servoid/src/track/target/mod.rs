@@ -81,7 +81,7 @@ impl Target {
     /// While the object is sought by views, gives it the colours of one side, or else of all.
     pub(super) fn color(&mut self, toward: Option<&Vector3<f64>>, kinds: &[Channels]) {
         self.views.color(toward, &mut self.colors);
-        self.views.expect(&self.colors, kinds);
+        self.views.foresee(&self.colors, kinds);
     }
 
     /// Takes what is usual from a direction as the reference: the object was found there.

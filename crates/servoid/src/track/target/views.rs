@@ -10,7 +10,7 @@ use crate::camera::Channels;
 use crate::pose::{Pose, Twist};
 use crate::track::pose::verify::Quality;
 
-/// A side from which the object was seen, in a pose that was trusted.
+/// A side from which the object was seen while its position was confirmed.
 #[derive(Debug, Clone)]
 pub(crate) struct KnownView {
     /// Orientation of the first camera in the object's frame.
@@ -111,7 +111,7 @@ impl Views {
 
     /// Computes what is expected from each view by the colours of the object and of the images'
     /// background.
-    pub(crate) fn expect(&mut self, colors: &Colors, kinds: &[Channels]) {
+    pub(crate) fn foresee(&mut self, colors: &Colors, kinds: &[Channels]) {
         let ratio = |view: &KnownView| view.usual.inside * colors.expected(kinds, &view.colors);
         self.ratios = self.all.iter().map(ratio).collect();
     }
@@ -128,7 +128,7 @@ impl Views {
         let sight = world_from_camera.inverse().transform(place).normalize();
         let (axis, cosine) = (learned.cross(&sight), learned.dot(&sight));
         let sine = axis.norm();
-        // Opposite to each other they are only where the camera looks away from the object.
+        // They are opposite only if the camera looks away from the object.
         let lean = if sine > 0.0 { axis * (libm::atan2(sine, cosine) / sine) } else { axis };
         let turn = |by: Vector3<f64>| Pose::exp(&Twist::new(0.0, 0.0, 0.0, by.x, by.y, by.z));
         let camera_from_view = turn(sight * roll).rotation() * turn(lean).rotation();
@@ -174,6 +174,9 @@ impl Views {
     /// Returns what is usual from a direction while the object is sought by views: of the nearest
     /// one, unless it is far from all of them.
     pub(crate) fn usual(&self, toward: &Vector3<f64>, reference: &Reference) -> Reference {
+        if !self.are_sought() {
+            return *reference;
+        }
         let near = self.near(toward).and_then(|at| Some((&self.all[at], self.ratios.get(at)?)));
         let Some((view, ratio)) = near else { return *reference };
         let Usual { outline, support, recognised, textured, .. } = view.usual;

@@ -141,6 +141,12 @@ impl Colors {
         [&self.grey, &self.rgb].map(Palette::object_shares)
     }
 
+    /// Writes those that are not rare, in memory that is used again.
+    pub(crate) fn note_shares(&self, [grey, rgb]: &mut [Shares; 2]) {
+        grey.note(&self.grey.object.shares);
+        rgb.note(&self.rgb.object.shares);
+    }
+
     /// Restores the object's shares, of the kinds of images that have any.
     pub(crate) fn recall(&mut self, [grey, rgb]: [&Shares; 2]) {
         self.grey.recall(grey);
@@ -155,9 +161,17 @@ impl Colors {
 
     /// Returns the mean log-likelihood ratio of pixels with these colours, in grey images and in
     /// others, over images of these kinds.
-    pub(crate) fn expected(&self, kinds: &[Channels], shares: &[Shares; 2]) -> f64 {
-        let each = kinds.iter().map(|&kind| self.of(kind).expected(&shares[kind as usize]));
-        each.sum::<f64>() / kinds.len().max(1) as f64
+    pub(crate) fn expected(
+        &self,
+        kinds: impl Iterator<Item = Channels>,
+        shares: &[Shares; 2],
+    ) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0_f64);
+        for kind in kinds {
+            sum += self.of(kind).expected(&shares[kind as usize]);
+            count += 1.0;
+        }
+        sum / count.max(1.0)
     }
 
     /// Returns whether colours of the object were learned in images of this kind.

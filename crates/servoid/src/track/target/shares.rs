@@ -12,10 +12,16 @@ impl Shares {
         self.0.is_empty()
     }
 
-    /// Returns those that are not rare.
-    pub(crate) fn frequent(mut self) -> Self {
-        self.0.retain(|(_, share)| *share >= LEAST_SHARE);
-        self
+    /// Makes room for as many as are not rare at most.
+    pub(crate) fn with_room() -> Self {
+        Self(Vec::with_capacity((1.0 / LEAST_SHARE) as usize))
+    }
+
+    /// Takes those of all bins that are not rare.
+    pub(crate) fn note(&mut self, bins: &[f32]) {
+        let frequent = bins.iter().enumerate().filter(|(_, share)| **share >= LEAST_SHARE);
+        self.0.clear();
+        self.0.extend(frequent.map(|(bin, share)| (bin as u32, *share)));
     }
 
     /// Returns the mean of several; none of none.

@@ -23,7 +23,7 @@ pub(crate) struct KnownView {
 }
 
 /// The quality of a pose from one side.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Usual {
     /// Log-likelihood ratio inside the outline, as a share of that of the object's colours alone:
     /// the body only approximates the object.
@@ -61,18 +61,27 @@ impl Views {
         Self { all: views.take(MOST_VIEWS).collect(), ratios: Vec::new() }
     }
 
-    /// Adds a view, or replaces one from which it hardly differs.
-    pub(crate) fn offer(&mut self, view: KnownView) {
-        let apart = |one: &KnownView| one.object_from_camera.angle_to(&view.object_from_camera);
-        let nearest = self.all.iter_mut().min_by(|a, b| apart(a).total_cmp(&apart(b)));
-        if let Some(known) = nearest.filter(|one| apart(one) < VIEWS_APART) {
-            (known.usual, known.colors) = (view.usual, view.colors);
-            return;
-        }
-        if self.all.len() >= MOST_VIEWS {
-            self.drop_one();
-        }
-        self.all.push(view);
+    /// Returns the view by a camera, by its pose in the object's frame: the nearest one, or else a
+    /// new one, of which nothing is known yet.
+    pub(crate) fn around(&mut self, object_from_camera: &Pose) -> &mut KnownView {
+        let rotation = object_from_camera.rotation();
+        let apart = |one: &KnownView| one.object_from_camera.angle_to(&rotation);
+        let nearest = (0..self.all.len())
+            .min_by(|&a, &b| apart(&self.all[a]).total_cmp(&apart(&self.all[b])))
+            .filter(|&at| apart(&self.all[at]) < VIEWS_APART);
+        let at = nearest.unwrap_or_else(|| {
+            if self.all.len() >= MOST_VIEWS {
+                self.drop_one();
+            }
+            self.all.push(KnownView {
+                object_from_camera: rotation,
+                toward: object_from_camera.translation().normalize(),
+                usual: Usual::default(),
+                colors: [Shares::with_room(), Shares::with_room()],
+            });
+            self.all.len() - 1
+        });
+        &mut self.all[at]
     }
 
     /// Drops the later of the two views that are most alike.
@@ -112,7 +121,9 @@ impl Views {
     /// Computes what is expected from each view by the colours of the object and of the images'
     /// background.
     pub(crate) fn foresee(&mut self, colors: &Colors, kinds: &[Channels]) {
-        let ratio = |view: &KnownView| view.usual.inside * colors.expected(kinds, &view.colors);
+        let ratio = |view: &KnownView| {
+            view.usual.inside * colors.expected(kinds.iter().copied(), &view.colors)
+        };
         self.ratios = self.all.iter().map(ratio).collect();
     }
 

@@ -12,8 +12,8 @@ use super::estimate::Notice;
 use super::inputs::Inputs;
 use super::pose::hypothesis::Hypothesis;
 use super::pose::uncertainty::uncertainty;
-use super::target::shares::Shares;
-use super::target::views::{KnownView, Usual};
+use super::target::Target;
+use super::target::views::Usual;
 use super::tracker::Tracker;
 use crate::camera::{Mask, Observation};
 use crate::pose::Pose;
@@ -87,14 +87,11 @@ impl Tracker {
     /// recognised.
     pub(super) fn note_view(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
         let object_from_camera = hypothesis.pose.inverse() * observation.world_from_camera[0];
-        let colors = self.target.colors.object_shares().map(Shares::frequent);
-        let expected = self.target.colors.expected(&self.frame.kinds(observation), &colors);
-        self.target.views.offer(KnownView {
-            object_from_camera: object_from_camera.rotation(),
-            toward: object_from_camera.translation().normalize(),
-            usual: Usual::of(&hypothesis.quality, expected),
-            colors,
-        });
+        let Target { views, colors, .. } = &mut self.target;
+        let view = views.around(&object_from_camera);
+        colors.note_shares(&mut view.colors);
+        let kinds = self.frame.images(observation).map(|image| image.channels());
+        view.usual = Usual::of(&hypothesis.quality, colors.expected(kinds, &view.colors));
     }
 
     /// Adds templates of points that are recognised from a side for which they have none.

@@ -75,7 +75,6 @@ impl Tracker {
             self.target.offsets.learn_at(&self.workspace.edges);
         }
         self.keep_keyframe(observation, &hypothesis);
-        self.note_view(observation, &hypothesis);
         let is_confirmed = hypothesis.quality.share >= self.settings.held;
         self.status = if is_confirmed { Status::Tracking } else { Status::Searching };
         self.trust = Trust::given(is_confirmed);
@@ -218,10 +217,6 @@ impl Tracker {
             }
         }
         self.target.colors.take(0.0);
-        let kinds = self.frame.kinds(observation);
-        if kinds.iter().all(|&kind| self.target.colors.know_object(kind)) {
-            self.target.color(None, &kinds);
-        }
         Ok(())
     }
 }

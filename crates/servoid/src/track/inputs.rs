@@ -1,5 +1,3 @@
-use nalgebra::Vector3;
-
 use super::frame::Frame;
 use super::frame::depth_checks::DepthRecord;
 use super::frame::rangefinder::Rangefinder;
@@ -14,7 +12,6 @@ use super::target::ranges::Ranges;
 use super::target::reference::Reference;
 use super::target::relief::Relief;
 use super::target::solid::Solid;
-use super::target::views::Views;
 use super::trust::is_plain;
 use crate::camera::{DepthView, ImageView, Observation};
 use crate::pose::Pose;
@@ -31,8 +28,7 @@ pub(super) struct Inputs<'a> {
     pub(super) ranges: &'a Ranges,
     /// None where colours are not used.
     pub(super) colors: Option<&'a Colors>,
-    reference: &'a Reference,
-    pub(super) views: &'a Views,
+    pub(super) reference: &'a Reference,
     pub(super) bias: &'a Bias,
     pub(super) offsets: &'a ContourOffsets,
     /// Whether surface points measure the pose.
@@ -60,29 +56,12 @@ impl<'a> Inputs<'a> {
             ranges: &target.ranges,
             colors: settings.region.then_some(&target.colors),
             reference: &target.reference,
-            views: &target.views,
             bias: &target.bias,
             offsets: &target.offsets,
             points_measure: !is_plain(settings, &target.reference, frame.cameras.len()),
             is_blurred: frame.is_blurred,
             relief: &target.relief,
         }
-    }
-
-    /// Returns the direction from the object to the first open camera, in the object's frame.
-    pub(super) fn toward(&self, pose: &Pose) -> Vector3<f64> {
-        let eye = self.windows.iter().find_map(|window| window.projection(pose)?.eye());
-        eye.map_or_else(Vector3::z, |eye| eye.normalize())
-    }
-
-    /// Returns whether an object that was seen elsewhere is sought by its views.
-    pub(super) fn is_sought(&self) -> bool {
-        self.views.are_sought()
-    }
-
-    /// Returns the quality that is usual at a pose.
-    pub(super) fn usual(&self, pose: &Pose) -> Reference {
-        self.views.usual(&self.toward(pose), self.reference)
     }
 
     /// Returns a camera's depth image, with the object at a pose, if the camera's image can be used

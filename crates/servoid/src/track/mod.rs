@@ -18,7 +18,7 @@ mod tracker;
 mod trust;
 mod update;
 
-pub use appearance::{Appearance, Flaw as AppearanceFlaw};
+pub use appearance::Appearance;
 pub use estimate::{Estimate, Notice, Status, Timing};
 pub use one_step::{Genes, Objective, OneStep, OneStepError, OneStepSettings};
 pub use pose::confidence::Evidence;
@@ -76,16 +76,10 @@ pub enum TrackError {
     NotStarted,
     /// The bytes are not an appearance.
     #[error(
-        "these {bytes} bytes are not an appearance that this version can read: {flaw}; leave the \
-         appearance out, or save the body again"
+        "these {0} bytes are not an appearance that this version can read; leave the appearance \
+         out, or save the body again"
     )]
-    Appearance {
-        /// The number of bytes.
-        bytes: usize,
-        /// What is wrong with them.
-        flaw: AppearanceFlaw,
-    },
-
+    Appearance(usize),
     /// A pose was sought from masks, but there is no mask.
     #[error("a pose is estimated from masks, but there is none; give a target or a start")]
     NoMask,

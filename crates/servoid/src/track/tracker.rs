@@ -230,19 +230,11 @@ impl Tracker {
                 self.motion = Motion::at_rest(time_s, hypothesis.pose);
             }
             self.innovation = first_innovation(&self.target.solid);
-            let reference = self.target.usual(&hypothesis.toward);
-            self.trust.accept(&hypothesis.quality, &reference, false, usual);
-            if self.trust.is_proved() {
-                self.target.settle(&hypothesis.toward);
-            }
+            self.trust.accept(&hypothesis.quality, &self.target.reference, false, usual);
             return;
         }
         let goes_on = self.is_landed(expected, hypothesis);
-        let reference = self.target.usual(&hypothesis.toward);
-        self.trust.accept(&hypothesis.quality, &reference, goes_on, usual);
-        if self.trust.is_proved() {
-            self.target.settle(&hypothesis.toward);
-        }
+        self.trust.accept(&hypothesis.quality, &self.target.reference, goes_on, usual);
         self.target.bias.update(
             &hypothesis.toward,
             hypothesis.normal.outline,

@@ -10,9 +10,7 @@ use servoid::camera::Observation;
 use servoid::model::{SyntheticView, half_ball_direction, silhouette_ious};
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid};
-use servoid::track::{
-    Appearance, AppearanceFlaw, Estimate, Status, TrackError, TrackSettings, Tracker,
-};
+use servoid::track::{Appearance, Estimate, Status, TrackError, TrackSettings, Tracker};
 
 /// Pose of an object that rotates by about 130 degrees in all.
 pub fn turning(index: usize) -> Pose {
@@ -224,75 +222,10 @@ fn an_appearance_that_is_cut_short_or_too_long_is_refused() {
     let bytes = settled().appearance().to_bytes();
     for length in (0..bytes.len()).step_by(97) {
         let refused = Appearance::from_bytes(&bytes[..length]);
-        let flaw = if length < 8 { AppearanceFlaw::Unknown } else { AppearanceFlaw::CutShort };
-        assert_eq!(refused, Err(TrackError::Appearance { bytes: length, flaw }));
+        assert_eq!(refused, Err(TrackError::Appearance(length)));
     }
     let longer = [bytes.as_slice(), &[0]].concat();
-    let (bytes, flaw) = (longer.len(), AppearanceFlaw::TooLong(1));
-    assert_eq!(Appearance::from_bytes(&longer), Err(TrackError::Appearance { bytes, flaw }));
-}
-
-/// Writes an appearance of one colour and one point as the first version did.
-fn first_version() -> Vec<u8> {
-    let mut bytes = b"servoap1\0".to_vec();
-    [1_u32, 1].iter().for_each(|count| bytes.extend(count.to_le_bytes()));
-    let reference = [1.0, 0.6, 0.9, 70.0, 60.0, 2000.0, 0.5_f64];
-    reference.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-    bytes.extend(77_u32.to_le_bytes());
-    bytes.extend(1_f32.to_le_bytes());
-    let (position, normal, toward) = ([0.0, 0.0, -0.05], [0.0, 0.0, -1.0], [0.0, 0.0, -1.0]);
-    let steps = [1e-3, 0.0, 0.0, 0.0, 1e-3, 0.0];
-    let numbers = [&position[..], &normal, &steps, &toward, &[1e-6_f64]].concat();
-    numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-    bytes.extend([200, 100, 50]);
-    for is_there in [1, 0, 0] {
-        bytes.push(is_there);
-        (0..16).for_each(|at| bytes.extend((0.25 * [1_f32, -1.0][at % 2]).to_le_bytes()));
-    }
-    bytes
-}
-
-#[test]
-fn an_appearance_of_the_first_version_is_read_and_written_in_the_second() {
-    let old = Appearance::from_bytes(&first_version()).unwrap();
-    assert_eq!(old.points(), 1);
-    let bytes = old.to_bytes();
-    assert!(bytes.starts_with(b"servoap2"));
-    assert_eq!(Appearance::from_bytes(&bytes), Ok(old));
-}
-
-#[test]
-fn a_tracker_that_recalls_an_appearance_writes_the_same_one() {
-    let stage = Stage::textured();
-    let look = settled().appearance();
-    let mut other = Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
-    other.recall(&look);
-    assert_eq!(other.appearance(), look);
-}
-
-#[test]
-fn an_appearance_with_absurd_numbers_is_refused_in_words() {
-    let bytes = settled().appearance().to_bytes();
-    let refused = |at: usize, changed: &[u8]| {
-        let mut bytes = bytes.clone();
-        bytes[at..at + changed.len()].copy_from_slice(changed);
-        Appearance::from_bytes(&bytes).unwrap_err().to_string()
-    };
-    let words = |at, changed: &[u8], flaw: &str| {
-        let said = refused(at, changed);
-        assert!(said.contains(flaw) && said.contains("save the body again"), "{said}");
-    };
-    words(7, b"3", "do not begin with servoap1 or servoap2");
-    words(8, &[8], "neither 0 nor 1");
-    words(9, &65_u32.to_le_bytes(), "number of ellipsoids is outside of its range");
-    words(21, &(-1_f64).to_le_bytes(), "noise of the orientation");
-    words(29, &2_f32.to_le_bytes(), "orientation of the given pose");
-    words(45, &f64::NAN.to_le_bytes(), "not finite");
-    words(
-        149,
-        &5000_u32.to_le_bytes(),
-        "hold 5000 colours of a kind, and an object has at most 4096",
-    );
+    assert_eq!(Appearance::from_bytes(&longer), Err(TrackError::Appearance(longer.len())));
 }
 
 proptest! {

@@ -15,7 +15,7 @@ use super::TrackError;
 use super::estimate::Notice;
 use super::target::colors::Colors;
 use super::target::solid::Solid;
-use crate::camera::{Camera, Channels, ImageView, Observation};
+use crate::camera::{Camera, ImageView, Observation};
 use crate::pose::Pose;
 
 /// The cameras and their current images: a window in each usable image, and what is wrong with the
@@ -114,17 +114,6 @@ impl Frame {
     ) -> impl Iterator<Item = ImageView<'a>> {
         let cameras = (0..self.cameras.len()).filter(|&camera| self.input_checks.can_use(camera));
         cameras.filter_map(|camera| observation.images[camera])
-    }
-
-    /// Returns the kinds of these images.
-    pub(super) fn kinds(&self, observation: &Observation<'_>) -> Vec<Channels> {
-        self.images(observation).map(|image| image.channels()).collect()
-    }
-
-    /// Returns the pose of the first camera whose image can be used.
-    pub(super) fn first<'a>(&self, observation: &'a Observation<'_>) -> Option<&'a Pose> {
-        let camera = (0..self.cameras.len()).find(|&camera| self.input_checks.can_use(camera))?;
-        Some(&observation.world_from_camera[camera])
     }
 
     /// Returns whether any camera delivered a usable image.

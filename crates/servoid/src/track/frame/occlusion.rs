@@ -238,7 +238,7 @@ impl Occlusion {
                 grid.evidence[cell] += POINT.1;
             }
         }
-        let reference = inputs.usual(pose).ratio;
+        let reference = inputs.reference.ratio;
         for grid in &mut self.grids {
             for (evidence, ratio) in grid.evidence.iter_mut().zip(&grid.ratios) {
                 *evidence = evidence.clamp(POINTS.0, POINTS.1);

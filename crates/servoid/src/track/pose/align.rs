@@ -3,16 +3,13 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::fitness::SurfacePoint;
 use crate::pose::{Pose, Twist};
-use crate::shape::Projection;
 use crate::track::inputs::Inputs;
 use crate::track::target::points::InView;
 
-/// The pyramid level at which points vote near a pose, and anywhere.
-const LEVELS: (usize, usize) = (1, 2);
-/// Search radius, as a share of the object's radius, and its limits in pixels of the finer one of
-/// these levels; the least is the same at both.
+/// The pyramid level at which points vote.
+const LEVEL: usize = 1;
+/// Search radius, as a share of the object's radius, and its limits in pixels of that level.
 const REACH: f64 = 0.5;
 const REACH_PX: (f64, f64) = (4.0, 16.0);
 /// Most points per camera that vote.
@@ -28,56 +25,27 @@ const FORESEEN: f64 = 0.3;
 /// Translates a pose to where most of the surface points in view are found, without a rotation;
 /// returns none if they agree in no camera.
 pub(crate) fn align(inputs: &Inputs<'_>, pose: &Pose, in_view: &[InView]) -> Option<Pose> {
-    let voters = |camera: usize, _: &Projection, out: &mut Vec<SurfacePoint>| {
-        let own = || in_view.iter().filter(|view| view.camera == camera);
-        let some = own().step_by(own().count().div_ceil(VOTERS).max(1));
-        let points = &inputs.points.features;
-        out.extend(some.map(|view| *points[view.point].template(view.template)));
-    };
-    shifted(inputs, (pose, LEVELS.0, LEAST), voters)
-}
-
-/// Translates a pose to where most of some points that face a camera are found, however few they
-/// are.
-pub(crate) fn align_facing(inputs: &Inputs<'_>, pose: &Pose, probes: &[usize]) -> Option<Pose> {
-    let voters = |_: usize, projection: &Projection, out: &mut Vec<SurfacePoint>| {
-        let Some(eye) = projection.eye() else { return };
-        let all = probes.iter().map(|&index| &inputs.points.features[index]);
-        out.extend(all.filter_map(|feature| feature.facing(&eye).copied()));
-    };
-    shifted(inputs, (pose, LEVELS.1, 0.0), voters)
-}
-
-fn shifted(
-    inputs: &Inputs<'_>,
-    (pose, level, least): (&Pose, usize, f32),
-    voters: impl Fn(usize, &Projection, &mut Vec<SurfacePoint>),
-) -> Option<Pose> {
-    let mut points = Vec::new();
     let mut curvature = Matrix3::identity() * (FORESEEN * inputs.solid.radius).powi(-2);
     let mut slope = Vector3::zeros();
     let (mut votes, mut agreed) = (Vec::new(), false);
     for (camera, window) in inputs.windows.iter().enumerate() {
         let Some(projection) = window.projection(pose) else { continue };
         let Some((_, by_place)) = projection.pixel(&Vector3::zeros()) else { continue };
-        let pixel = f64::from(1_u32 << level);
+        let pixel = f64::from(1_u32 << LEVEL);
         let radius_px = inputs.solid.radius * by_place.row(0).norm() / pixel;
-        let most = REACH_PX.1 / pixel * f64::from(1_u32 << LEVELS.0);
-        let reach = (REACH * radius_px).clamp(REACH_PX.0, most) as usize;
+        let reach = (REACH * radius_px).clamp(REACH_PX.0, REACH_PX.1) as usize;
         let side = 2 * reach + 1;
         votes.clear();
         votes.resize(side * side, 0.0);
-        points.clear();
-        voters(camera, &projection, &mut points);
-        for point in &points {
-            point.correlations(&projection, &window.pyramid, (level, reach), |at, found| {
+        let own = || in_view.iter().filter(|view| view.camera == camera);
+        for view in own().step_by(own().count().div_ceil(VOTERS).max(1)) {
+            let point = inputs.points.features[view.point].template(view.template);
+            point.correlations(&projection, &window.pyramid, (LEVEL, reach), |at, found| {
                 votes[at] += (found - VOTE).max(0.0);
             });
         }
         let most = votes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        let Some((at, _)) = most.filter(|(_, votes)| **votes > 0.0 && **votes >= least) else {
-            continue;
-        };
+        let Some((at, _)) = most.filter(|(_, votes)| **votes >= LEAST) else { continue };
         let off = Vector2::new((at % side) as f64, (at / side) as f64);
         let off_px = (off - Vector2::repeat(reach as f64)) * pixel;
         let weight = VOTE_PX.powi(-2);

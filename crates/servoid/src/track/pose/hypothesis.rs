@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::align::align;
-use super::refine::{Evaluated, Normal, evaluate_at, refine};
+use super::refine::{Evaluated, Normal, evaluate_at, refine, toward};
 use super::search::{Deviation, Probes, Scorer};
 use super::verify::{Quality, verify};
 use crate::camera::{Observation, Pyramid};
@@ -33,7 +33,7 @@ pub(crate) struct Hypothesis {
 
 impl Hypothesis {
     fn new(inputs: &Inputs<'_>, found: &Evaluated, quality: Quality) -> Self {
-        let toward = inputs.toward(&found.pose);
+        let toward = toward(inputs, &found.pose);
         Self { pose: found.pose, normal: found.normal, quality, toward }
     }
 
@@ -62,11 +62,6 @@ impl Tracker {
         pose: &Pose,
         margin: f64,
     ) -> bool {
-        if self.target.views.are_sought() {
-            let toward = self.frame.first(observation);
-            let toward = toward.map(|one| pose.inverse().transform(&one.translation()));
-            self.target.color(toward.as_ref(), &self.frame.kinds(observation));
-        }
         let place = (pose, &self.target.solid, margin);
         let colors = self.settings.region.then_some(&self.target.colors);
         self.frame.open_windows(observation, place, colors)
@@ -79,9 +74,6 @@ impl Tracker {
             self.target.colors.count_anywhere(&image);
         }
         self.target.colors.take_anywhere();
-        if self.target.views.are_sought() {
-            self.target.color(None, &self.frame.kinds(observation));
-        }
         let colors = self.settings.region.then_some(&self.target.colors);
         self.frame.open_all_over(observation, colors);
     }

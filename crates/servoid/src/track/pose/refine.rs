@@ -251,7 +251,7 @@ fn linearize(
             }
         }
         let normal = &mut sum.normal;
-        let toward = inputs.toward(&pose);
+        let toward = toward(inputs, &pose);
         normal.whole = inputs.bias.freed(&toward, normal.outline);
         normal.freed = if normal.replaced.0 == Matrix6::zeros() {
             normal.whole
@@ -266,6 +266,12 @@ fn linearize(
         normal.slope += normal.edges.1;
     }
     sum
+}
+
+/// Returns the direction from the object to the first open camera, in the object's frame.
+pub(crate) fn toward(inputs: &Inputs<'_>, pose: &Pose) -> Vector3<f64> {
+    let eye = inputs.windows.iter().find_map(|window| window.projection(pose)?.eye());
+    eye.map_or_else(Vector3::z, |eye| eye.normalize())
 }
 
 impl Workspace {

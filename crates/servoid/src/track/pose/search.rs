@@ -106,6 +106,10 @@ const POINTS: usize = 24;
 const RATIO: f64 = 2.5;
 /// Number of points at which the surface has half its weight.
 const FEW_POINTS: f64 = 8.0;
+/// Least cosine between a probe's normal and the direction to a camera. It is larger than that of
+/// points in view, since here nothing tests whether the body hides the probe.
+const LEAST_FACING_PROBE: f64 = 0.35;
+
 /// The score of a pose for each kind of evidence, -1 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScoreTerms {
@@ -157,8 +161,11 @@ impl Scorer<'_> {
                 Probes::Facing(all) => {
                     let Some(eye) = projection.eye() else { continue };
                     for &index in all {
-                        let feature = &self.inputs.points.features[index];
-                        feature.facing(&eye).into_iter().for_each(&mut compare);
+                        let point = &self.inputs.points.features[index].point;
+                        let way = eye - point.position;
+                        if way.dot(&point.normal) > LEAST_FACING_PROBE * way.norm() {
+                            compare(point);
+                        }
                     }
                 }
             }

@@ -58,13 +58,12 @@ const ENOUGH: f64 = 20.0;
 /// Hidden parts are excused as far as enough is recognised elsewhere: a wrong pose must not excuse
 /// itself.
 pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
-    let reference = inputs.usual(&found.pose);
+    let reference = inputs.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
     let (mut textured, mut printed, mut fine) = (0.0, 0.0, 0.0);
     for Match { view, agreement, pixel, .. } in &workspace.matches {
         let feature = &inputs.points.features[view.point];
-        let likely = if inputs.is_sought() { view.likely() } else { 1.0 };
-        let hit_rate = f64::from(feature.hit_rate()) * likely;
+        let hit_rate = f64::from(feature.hit_rate());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += hit_rate;

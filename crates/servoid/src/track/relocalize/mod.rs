@@ -116,13 +116,11 @@ impl Tracker {
         };
         let reference_area = self.target.reference.area;
         let area_at = |distance: f64| reference_area / (distance * distance);
-        let camera = self.frame.first(observation).copied().unwrap_or_else(Pose::identity);
         let mut evaluations = 0;
         for _ in 0..rounds {
             self.open_all_over(observation);
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) =
-                self.relocalizer.global(inputs, (near, far), (area_at, &camera))?;
+            let (found, scored) = self.relocalizer.global(inputs, (near, far), area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);
@@ -147,13 +145,9 @@ impl Tracker {
             if other.quality.support > hypothesis.quality.support {
                 *hypothesis = other;
             }
-            // An object that was seen elsewhere may look alike from several sides.
-            if self.is_sure(hypothesis) && !self.target.views.are_sought() {
+            if self.is_sure(hypothesis) {
                 break;
             }
-        }
-        if self.target.views.are_sought() && hypothesis.quality.support > 0.0 {
-            self.compare_views(observation, hypothesis);
         }
         let pose = hypothesis.pose;
         if self.open_windows(observation, &pose, MARGIN) {
@@ -161,27 +155,6 @@ impl Tracker {
             *hypothesis = self.hypothesis(observation, &pose, COARSEST, None);
         }
         self.penalize_unrecognised(hypothesis);
-    }
-
-    /// Refines a hypothesis from all other sides that were seen, at its place, and keeps the best
-    /// supported pose: a side that looks alike must not be taken for the right one.
-    fn compare_views(&mut self, observation: &Observation<'_>, hypothesis: &mut Hypothesis) {
-        let Some(camera) = self.frame.first(observation).copied() else { return };
-        if !self.open_windows(observation, &hypothesis.pose, MARGIN) {
-            return;
-        }
-        self.target.color(None, &self.frame.kinds(observation));
-        let colors = self.settings.region.then_some(&self.target.colors);
-        let place = (&hypothesis.pose, &self.target.solid, MARGIN);
-        self.frame.open_windows(observation, place, colors);
-        let sides = self.target.views.sides_of(&hypothesis.pose, &camera);
-        for (number, pose) in std::iter::once(hypothesis.pose).chain(sides).enumerate() {
-            self.points_in_view(&pose);
-            let other = self.hypothesis(observation, &pose, COARSEST, None);
-            if number == 0 || other.quality.support > hypothesis.quality.support {
-                *hypothesis = other;
-            }
-        }
     }
 
     /// Returns the last distance of the object from the first camera, if it was tracked before.

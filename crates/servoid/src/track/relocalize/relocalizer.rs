@@ -1,14 +1,10 @@
-use std::f64::consts::TAU;
-
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use rand::RngExt;
 
 use crate::evolve::{self, GaError, Rng};
 use crate::pose::{Pose, even_turn};
 use crate::track::inputs::Inputs;
-use crate::track::pose::align::align_facing;
 use crate::track::pose::search::{Deviation, Found, Probes, Scorer, Search};
-use crate::track::target::views::{KnownView, Views};
 
 /// Searches for the object without a prior pose: first scores positions, then orientations at the
 /// best positions, then refines the best of both by populations. Memory is reused from call to
@@ -36,9 +32,6 @@ const DISTANCE_STEP: f64 = 0.17;
 const PLACES: usize = 12;
 const TURNS: usize = 80;
 const KEPT: usize = 10;
-/// The best positions, and known orientations tried at each, at which surface points vote for where
-/// exactly the object is.
-const VOTED: (usize, usize) = (6, 12);
 /// Least distance in radii between positions that are examined, and between poses that are kept
 /// unless their orientations differ by at least this, in radians.
 const PLACES_APART: f64 = 0.7;
@@ -78,7 +71,7 @@ impl Relocalizer {
         &mut self,
         inputs: Inputs<'_>,
         (near, far): (f64, f64),
-        (area_at, world_from_camera): (impl Fn(f64) -> f64, &Pose),
+        area_at: impl Fn(f64) -> f64,
     ) -> Result<(&[Found], usize), GaError> {
         self.spread_probes(&inputs);
         self.round += 1;
@@ -91,20 +84,9 @@ impl Relocalizer {
         keep(&mut self.ranked, PLACES, |one, other| one.apart(other) > PLACES_APART * radius);
         self.best.clear();
         for place in &self.ranked {
-            for number in 0..TURNS {
-                let place = place.pose.translation();
-                let turn = turn(&inputs.views.all, (world_from_camera, &place), number, &mut rng);
-                let pose = Pose::from_rotation(turn, place);
-                self.best.push(Found { pose, score: scorer.score(&pose), evaluations: 1 });
-            }
-        }
-        for place in self.ranked.iter().take(VOTED.0).filter(|_| inputs.is_sought()) {
-            for number in 0..VOTED.1 {
-                let place = place.pose.translation();
-                let turn =
-                    turn(&inputs.views.all, (world_from_camera, &place), 2 * number, &mut rng);
-                let pose = Pose::from_rotation(turn, place);
-                let Some(pose) = align_facing(&inputs, &pose, &self.around) else { continue };
+            for _ in 0..TURNS {
+                let turn = even_turn(rng.random(), rng.random(), rng.random());
+                let pose = Pose::from_rotation(turn, place.pose.translation());
                 self.best.push(Found { pose, score: scorer.score(&pose), evaluations: 1 });
             }
         }
@@ -131,22 +113,6 @@ impl Relocalizer {
         self.around.clear();
         self.around.extend((0..count.min(PROBES)).map(|i| i * count / count.min(PROBES)));
     }
-}
-
-/// Returns an orientation to try at a place: every other time one in which the object was seen
-/// before, half of these rolled, and otherwise any.
-fn turn(
-    views: &[KnownView],
-    (world_from_camera, place): (&Pose, &Vector3<f64>),
-    number: usize,
-    rng: &mut Rng,
-) -> UnitQuaternion<f64> {
-    if views.is_empty() || !number.is_multiple_of(2) {
-        return even_turn(rng.random(), rng.random(), rng.random());
-    }
-    let view = &views[rng.random_range(0..views.len())];
-    let roll = if number.is_multiple_of(4) { 0.0 } else { TAU * rng.random::<f64>() };
-    Views::orientation(view, (world_from_camera, place), roll)
 }
 
 /// Scores the body, in random orientations, at positions all over the first open camera's image.

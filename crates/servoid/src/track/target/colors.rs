@@ -1,4 +1,3 @@
-use super::shares::Shares;
 use crate::camera::{Channels, ImageView};
 use crate::fitness::ScoreMap;
 
@@ -89,9 +88,6 @@ pub(crate) enum Belongs {
 }
 
 impl Colors {
-    /// Number of bins of a kind of image.
-    pub(crate) const BINS: usize = BINS;
-
     pub(crate) fn new(local: bool) -> Self {
         Self { grey: Palette::new(local), rgb: Palette::new(local) }
     }
@@ -135,43 +131,18 @@ impl Colors {
         bin < BINS
     }
 
-    /// Returns the object's bins that are not empty, with their shares, in grey images and in
-    /// others.
-    pub(crate) fn object_shares(&self) -> [Shares; 2] {
-        [&self.grey, &self.rgb].map(Palette::object_shares)
+    /// Returns the object's bins that are not empty, with their shares, and whether they are of
+    /// grey images. Colours are more informative where both are known.
+    pub(crate) fn object_shares(&self) -> (bool, Vec<(u32, f32)>) {
+        let grey = !self.rgb.object.known && self.grey.object.known;
+        let palette = if grey { &self.grey } else { &self.rgb };
+        (grey, palette.object_shares())
     }
 
-    /// Writes those that are not rare, in memory that is used again.
-    pub(crate) fn note_shares(&self, [grey, rgb]: &mut [Shares; 2]) {
-        grey.note(&self.grey.object.shares);
-        rgb.note(&self.rgb.object.shares);
-    }
-
-    /// Restores the object's shares, of the kinds of images that have any.
-    pub(crate) fn recall(&mut self, [grey, rgb]: [&Shares; 2]) {
-        self.grey.recall(grey);
-        self.rgb.recall(rgb);
-    }
-
-    /// Brings the scores up to date after shares of the object were restored.
-    pub(crate) fn tabulate(&mut self) {
-        self.grey.tabulate();
-        self.rgb.tabulate();
-    }
-
-    /// Returns the mean log-likelihood ratio of pixels with these colours, in grey images and in
-    /// others, over images of these kinds.
-    pub(crate) fn expected(
-        &self,
-        kinds: impl Iterator<Item = Channels>,
-        shares: &[Shares; 2],
-    ) -> f64 {
-        let (mut sum, mut count) = (0.0, 0.0_f64);
-        for kind in kinds {
-            sum += self.of(kind).expected(&shares[kind as usize]);
-            count += 1.0;
-        }
-        sum / count.max(1.0)
+    /// Restores the object's shares; the background is unknown then.
+    pub(crate) fn recall(&mut self, shares: &[(u32, f32)], grey: bool) {
+        let palette = if grey { &mut self.grey } else { &mut self.rgb };
+        palette.recall(shares);
     }
 
     /// Returns whether colours of the object were learned in images of this kind.
@@ -256,32 +227,18 @@ impl Palette {
         }
     }
 
-    fn object_shares(&self) -> Shares {
+    fn object_shares(&self) -> Vec<(u32, f32)> {
         let shares = self.object.shares.iter().enumerate();
-        let known = shares.filter(|(_, share)| **share > 0.0);
-        Shares(known.map(|(bin, &share)| (bin as u32, share)).collect())
+        shares.filter(|(_, share)| **share > 0.0).map(|(bin, &share)| (bin as u32, share)).collect()
     }
 
-    fn recall(&mut self, shares: &Shares) {
-        if shares.is_empty() {
-            return;
-        }
-        self.object.known = true;
-        self.object.shares.fill(0.0);
-        for &(bin, share) in &shares.0 {
+    fn recall(&mut self, shares: &[(u32, f32)]) {
+        self.object.known = !shares.is_empty();
+        for &(bin, share) in shares {
             if let Some(place) = self.object.shares.get_mut(bin as usize) {
                 *place = share;
             }
         }
-    }
-
-    fn expected(&self, shares: &Shares) -> f64 {
-        let (mut sum, mut all) = (0.0, 0.0);
-        for &(bin, share) in &shares.0 {
-            sum += share * self.ratio(bin as usize, ANY_SIDE);
-            all += share;
-        }
-        if all > 0.0 { f64::from(sum / all) } else { 0.0 }
     }
 
     /// Returns the log-likelihood ratio of a bin on a side, in nats.

@@ -14,7 +14,7 @@ pub(crate) struct Offset {
     /// The point of the unit ball where it was learned first.
     pub(crate) at: Vector3<f64>,
     /// Whether it was learned at a given pose; then it is never forgotten.
-    pub(crate) given: bool,
+    given: bool,
 }
 
 /// A measurement of the boundary at a place of the outline.
@@ -85,25 +85,6 @@ impl ContourOffsets {
     /// Returns the offset of a cell, if it is known well enough to measure a pose by.
     pub(crate) fn known(&self, cell: usize) -> Option<Offset> {
         self.0.get(cell).copied().filter(|offset| offset.variance < KNOWN * KNOWN)
-    }
-
-    /// Returns the number of cells of a number of ellipsoids.
-    pub(crate) fn cells(ellipsoids: usize) -> usize {
-        ellipsoids * cells_of_one()
-    }
-
-    /// Returns the cells whose offsets are known, with these.
-    pub(crate) fn all_known(&self) -> impl Iterator<Item = (usize, &Offset)> {
-        self.0.iter().enumerate().filter(|(_, offset)| offset.variance < KNOWN * KNOWN)
-    }
-
-    /// Restores offsets of cells.
-    pub(crate) fn recall(&mut self, known: impl Iterator<Item = (usize, Offset)>) {
-        for (cell, offset) in known {
-            if let Some(place) = self.0.get_mut(cell) {
-                *place = offset;
-            }
-        }
     }
 
     /// Learns from an image whose pose is given.

@@ -1,6 +1,5 @@
 use nalgebra::Vector3;
 
-use super::memory::Memory;
 use super::record::Record;
 use crate::fitness::SurfacePoint;
 use crate::pose::Pose;
@@ -77,32 +76,6 @@ impl Feature {
         best
     }
 
-    /// Returns all templates, at its position: the one by which it was detected first.
-    pub(crate) fn templates(&self) -> impl Iterator<Item = &SurfacePoint> {
-        std::iter::once(&self.point).chain(&self.further)
-    }
-
-    /// Returns what it remembers of images.
-    pub(crate) fn memory(&self) -> Memory {
-        let Texture { images, showed } = self.texture;
-        Memory { record: self.record.numbers(), images, showed, proved: self.proved as f32 }
-    }
-
-    /// Restores what it remembered.
-    pub(crate) fn remember(&mut self, memory: &Memory) {
-        self.record = Record::of(memory.record);
-        self.texture = Texture { images: memory.images, showed: memory.showed };
-        self.proved = memory.proved.into();
-    }
-
-    /// Returns the template that a camera at a place should see; none if the surface faces away from
-    /// it.
-    pub(crate) fn facing(&self, eye: &Vector3<f64>) -> Option<&SurfacePoint> {
-        let way = (eye - self.point.position).normalize();
-        let faces = way.dot(&self.point.normal) > LEAST_FACING_PROBE;
-        faces.then(|| self.template(self.nearest_template(&way).0))
-    }
-
     /// Returns whether there is room for another template.
     pub(crate) fn has_room(&self) -> bool {
         self.further.len() < MOST_FURTHER
@@ -150,10 +123,6 @@ impl Feature {
     }
 }
 
-/// Least cosine between a probe's normal and the direction to a camera. It is larger than that of
-/// points in view, since here nothing tests whether the body hides the probe.
-const LEAST_FACING_PROBE: f64 = 0.35;
-
 /// Number of images in which a point was recognised, and in which it also had the contrast of a
 /// pattern.
 #[derive(Debug, Clone, Copy, Default)]
@@ -166,7 +135,7 @@ struct Texture {
 const LEAST_LOOKS: u32 = 8;
 
 /// Most templates besides the first.
-pub(crate) const MOST_FURTHER: usize = 4;
+const MOST_FURTHER: usize = 4;
 /// Largest standard deviation of a measured distance of a point, as a share of the body's radius.
 pub(crate) const WORST: f64 = 0.05;
 

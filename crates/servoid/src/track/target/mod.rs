@@ -5,20 +5,15 @@ pub(super) mod colors;
 pub(super) mod contour_offsets;
 pub(super) mod feature;
 pub(super) mod keyframes;
-pub(super) mod memory;
 pub(super) mod points;
 pub(super) mod ranges;
 mod record;
 pub(super) mod reference;
 pub(super) mod relief;
-pub(super) mod shares;
 pub(super) mod shift;
 pub(super) mod sides;
 pub(super) mod solid;
 mod turn_drift;
-pub(super) mod views;
-
-use nalgebra::Vector3;
 
 use self::bias::Bias;
 use self::colors::Colors;
@@ -30,7 +25,6 @@ use self::reference::Reference;
 use self::relief::Relief;
 use self::sides::Sides;
 use self::solid::Solid;
-use self::views::Views;
 use crate::camera::Channels;
 use crate::shape::Body;
 
@@ -46,7 +40,6 @@ pub(super) struct Target {
     pub(super) ranges: Ranges,
     pub(super) colors: Colors,
     pub(super) keyframes: Keyframes,
-    pub(super) views: Views,
     pub(super) sides: Sides,
     pub(super) reference: Reference,
     pub(super) bias: Bias,
@@ -67,27 +60,9 @@ impl Target {
             ranges: Ranges::default(),
             colors: Colors::new(local_colors),
             keyframes: Keyframes::default(),
-            views: Views::default(),
             sides: Sides::default(),
             reference: Reference::default(),
         }
-    }
-
-    /// Returns the quality that is usual where the object is seen from a direction.
-    pub(super) fn usual(&self, toward: &Vector3<f64>) -> Reference {
-        self.views.usual(toward, &self.reference)
-    }
-
-    /// While the object is sought by views, gives it the colours of one side, or else of all.
-    pub(super) fn color(&mut self, toward: Option<&Vector3<f64>>, kinds: &[Channels]) {
-        self.views.color(toward, &mut self.colors);
-        self.views.foresee(&self.colors, kinds);
-    }
-
-    /// Takes what is usual from a direction as the reference: the object was found there.
-    pub(super) fn settle(&mut self, toward: &Vector3<f64>) {
-        self.reference = self.usual(toward);
-        self.views.settle();
     }
 
     /// Returns whether anything is known of the object's appearance.

@@ -15,20 +15,6 @@ pub(crate) struct InView {
     pub(crate) point: usize,
     /// Index of the template expected in its image.
     pub(crate) template: usize,
-    /// Cosine between the direction to the camera and that of the template.
-    pub(crate) like: f64,
-}
-
-/// Cosines from which on a point that was never seen from a side may be recognised there, and from
-/// which on it is as likely as where its template was learned.
-const LIKELY: (f64, f64) = (0.6, 0.95);
-
-impl InView {
-    /// Returns how likely the point is to be recognised, relative to where its template was learned:
-    /// from farther aside it looks different.
-    pub(crate) fn likely(&self) -> f64 {
-        ((self.like - LIKELY.0) / (LIKELY.1 - LIKELY.0)).clamp(0.0, 1.0).powi(2)
-    }
 }
 
 /// Agreement of a point that a camera should see with the camera's image.
@@ -127,7 +113,7 @@ impl Points {
                     && !solid.hides(&point.position, &eye)
                     && !is_on_rim(&projection, rims, &point.position);
                 if shows {
-                    all.push(InView { camera, point: index, template, like: cosine });
+                    all.push(InView { camera, point: index, template });
                 }
             }
             thin(&all[begin..], most, out);

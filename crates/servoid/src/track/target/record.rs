@@ -27,16 +27,6 @@ impl Record {
         }
     }
 
-    /// Restores it from the images in which it should have been recognised, and in which it was.
-    pub(crate) fn of([seen, agreed]: [f32; 2]) -> Self {
-        Self { seen, agreed }
-    }
-
-    /// Returns the numbers from which it is restored.
-    pub(crate) fn numbers(&self) -> [f32; 2] {
-        [self.seen, self.agreed]
-    }
-
     /// Returns the share of the images in which it was recognised.
     pub(crate) fn hit_rate(&self) -> f32 {
         self.agreed / self.seen

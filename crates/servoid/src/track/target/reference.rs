@@ -13,11 +13,11 @@ pub(crate) struct Reference {
     pub(crate) support: f64,
     /// Surface points that are seen.
     pub(crate) recognised: f64,
-    /// Those of them with the contrast of a pattern.
+    /// Those of them with the contrast of a pattern; not saved, so learned anew.
     pub(crate) textured: f64,
-    /// Share of them that have it now or mostly had it, once it was measured.
+    /// Share of them that have it now or mostly had it, once it was measured; not saved, either.
     pub(crate) printed_share: Option<f64>,
-    /// Share of them that are finely patterned.
+    /// Share of them that are finely patterned; not saved, either.
     pub(crate) fine_share: Option<f64>,
     /// The largest of each of the three so far, since an object may have a label on one side only.
     pub(crate) most_textured: f64,
@@ -29,65 +29,27 @@ pub(crate) struct Reference {
     pub(crate) distance: f64,
 }
 
-/// What is saved for a share that was never measured.
-const UNMEASURED: f64 = -1.0;
 /// Weight of the newest image.
 const RATE: f64 = 0.05;
 
 impl Reference {
-    /// Number of values that are saved, and of those that the first version of the format has.
-    pub(crate) const NUMBERS: usize = 13;
-    pub(crate) const FIRST_NUMBERS: usize = 7;
+    /// Number of values that are saved.
+    pub(crate) const NUMBERS: usize = 7;
 
     /// Returns it as numbers that are independent of the number of cameras: sums over cameras are
     /// divided by it.
     pub(crate) fn numbers(&self, cameras: usize) -> [f64; Self::NUMBERS] {
+        let Self { ratio, outline, share, support, recognised, area, distance, .. } = *self;
         let each = 1.0 / cameras as f64;
-        [
-            self.ratio,
-            self.outline,
-            self.share,
-            self.support * each,
-            self.recognised * each,
-            self.area * each,
-            self.distance,
-            self.textured * each,
-            self.printed_share.unwrap_or(UNMEASURED),
-            self.fine_share.unwrap_or(UNMEASURED),
-            self.most_textured * each,
-            self.most_printed,
-            self.most_fine,
-        ]
-    }
-
-    /// Completes the numbers of the first version, which has nothing of patterns.
-    pub(crate) fn complete(first: [f64; Self::FIRST_NUMBERS]) -> [f64; Self::NUMBERS] {
-        let mut numbers = Self::default().numbers(1);
-        numbers[..Self::FIRST_NUMBERS].copy_from_slice(&first);
-        numbers
+        [ratio, outline, share, support * each, recognised * each, area * each, distance]
     }
 
     /// Restores it from the result of [`Reference::numbers`], for other cameras.
     pub(crate) fn of(numbers: [f64; Self::NUMBERS], cameras: usize) -> Self {
-        let [ratio, outline, share, support, recognised, area, distance, ..] = numbers;
-        let [.., textured, printed, fine, most_textured, most_printed, most_fine] = numbers;
+        let [ratio, outline, share, support, recognised, area, distance] = numbers;
         let all = cameras as f64;
-        let measured = |part: f64| Some(part).filter(|part| *part >= 0.0);
-        Self {
-            ratio,
-            outline,
-            share,
-            support: support * all,
-            recognised: recognised * all,
-            textured: textured * all,
-            printed_share: measured(printed),
-            fine_share: measured(fine),
-            most_textured: most_textured * all,
-            most_fine,
-            most_printed,
-            area: area * all,
-            distance,
-        }
+        let (support, recognised, area) = (support * all, recognised * all, area * all);
+        Self { ratio, outline, share, support, recognised, area, distance, ..Self::default() }
     }
 
     /// Measures what is printed by the first image.

@@ -34,18 +34,14 @@ impl Relief {
         Self { is_open, misfit: None, given: None }
     }
 
-    /// Restores what is known.
-    pub(crate) fn known(
-        is_open: bool,
-        misfit: Option<f64>,
-        given: Option<UnitQuaternion<f64>>,
-    ) -> Self {
-        Self { is_open, misfit: misfit.filter(|_| !is_open), given }
-    }
-
     /// Stores the orientation of the first camera, in the object's frame, at the given pose.
     pub(crate) fn begin(&mut self, object_from_camera: UnitQuaternion<f64>) {
         self.given = Some(object_from_camera);
+    }
+
+    /// Returns that orientation.
+    pub(crate) fn given(&self) -> Option<UnitQuaternion<f64>> {
+        self.given
     }
 
     /// Returns the variance of the orientation that a relief leaves which nothing confirms: one
@@ -62,16 +58,6 @@ impl Relief {
         if !self.is_open {
             self.misfit = self.misfit.or(misfit);
         }
-    }
-
-    /// Returns that deviation, if it was measured.
-    pub(crate) fn misfit(&self) -> Option<f64> {
-        self.misfit
-    }
-
-    /// Returns the orientation of the first camera, in the object's frame, at the given pose.
-    pub(crate) fn given(&self) -> Option<UnitQuaternion<f64>> {
-        self.given
     }
 
     /// Returns whether keyframes confirm the body.

@@ -112,7 +112,8 @@ impl Tracker {
     /// Returns whether the images confirm the position of an object that is followed.
     pub(super) fn is_located(&self, quality: &Quality) -> bool {
         let reference = self.target.reference.recognised;
-        let (least, held) = ((LEAST_RECOGNISED * reference).min(MANY), self.is_held());
+        let least = (LEAST_RECOGNISED * reference).min(MANY);
+        let held = self.is_held();
         let threshold = if held { LOCATED_IF_HELD } else { LOCATED };
         let known = reference < PATTERN || quality.recognised >= least || held;
         self.trust.proved && quality.share >= threshold.max(self.settings.held) && known
@@ -161,8 +162,8 @@ impl Tracker {
     }
 
     pub(super) fn is_sure(&self, hypothesis: &Hypothesis) -> bool {
-        let (quality, usual) = (hypothesis.quality, self.target.usual(&hypothesis.toward));
-        quality.share > SURE.0 && quality.support > SURE.1 * usual.support
+        let quality = hypothesis.quality;
+        quality.share > SURE.0 && quality.support > SURE.1 * self.target.reference.support
     }
 
     /// Makes a pose untrusted at which too little of the surface is recognised, where the object
@@ -172,8 +173,7 @@ impl Tracker {
             // Only where the object was a moment ago may it be assumed to be hidden.
             hypothesis.quality.share = hypothesis.quality.visible;
         }
-        let usual = self.target.usual(&hypothesis.toward);
-        if hypothesis.quality.recognised < LEAST_RECOGNISED * usual.recognised {
+        if hypothesis.quality.recognised < LEAST_RECOGNISED * self.target.reference.recognised {
             self.penalize(hypothesis);
         }
     }

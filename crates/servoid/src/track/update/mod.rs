@@ -12,8 +12,6 @@ use super::estimate::Notice;
 use super::inputs::Inputs;
 use super::pose::hypothesis::Hypothesis;
 use super::pose::uncertainty::uncertainty;
-use super::target::Target;
-use super::target::views::Usual;
 use super::tracker::Tracker;
 use crate::camera::{Mask, Observation};
 use crate::pose::Pose;
@@ -59,7 +57,6 @@ impl Tracker {
                 .reference
                 .follow(&hypothesis.quality, (hypothesis.pose.translation() - eye).norm());
             self.keep_views(observation, &hypothesis.pose);
-            self.note_view(observation, hypothesis);
             if self.is_patterned(&hypothesis.quality) {
                 let pose =
                     self.covariance(&uncertainty(&hypothesis.normal, self.target.solid.radius));
@@ -81,17 +78,6 @@ impl Tracker {
         if may.surface {
             self.update_ranges(observation, &hypothesis.pose, &[]);
         }
-    }
-
-    /// Notes the side from which the object is seen, its colours there, and how much of it is
-    /// recognised.
-    pub(super) fn note_view(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
-        let object_from_camera = hypothesis.pose.inverse() * observation.world_from_camera[0];
-        let Target { views, colors, .. } = &mut self.target;
-        let view = views.around(&object_from_camera);
-        colors.note_shares(&mut view.colors);
-        let kinds = self.frame.images(observation).map(|image| image.channels());
-        view.usual = Usual::of(&hypothesis.quality, colors.expected(kinds, &view.colors));
     }
 
     /// Adds templates of points that are recognised from a side for which they have none.

@@ -40,13 +40,23 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
     focal length; their calibration is checked only if it `is_assumed`, and then only for being
     parallel. One stationary camera determines nothing.
     """
-    pairs = list(_pairs(capture))
-    if len(capture.cameras) > 1:
-        one, other = capture.cameras[:2]
-        exchanged = exchange_note((one.name, other.name), pairs)
-        if exchanged is not None:
-            return exchanged
-        pairs = [p for p in pairs if is_assumed or _constrains_focal(p.second_from_first)]
+    matched = _pairs(capture)
+    if len(capture.cameras) == 1:
+        return _doubt_fit(list(matched), is_rig=False)
+    first, second = capture.cameras[:2]
+    names = first.name, second.name
+    if not (is_assumed or _constrains_focal(_second_from_first(first, second))):
+        return exchange_note(names, matched)
+    pairs = list(matched)
+    return exchange_note(names, pairs) or _doubt_fit(pairs, is_rig=True)
+
+
+def _second_from_first(first: CaptureCamera, second: CaptureCamera) -> Pose:
+    return second.rig_from_camera.inverse() @ first.rig_from_camera
+
+
+def _doubt_fit(pairs: Sequence[MatchedFeatures], *, is_rig: bool) -> str | None:
+    """Return a message if features are far from their epipolar lines, else None."""
     if sum(len(pair.first_px) for pair in pairs) < _LEAST:
         return None
     given_px = float(np.mean(pairs[0].lenses[0].focal_px))
@@ -65,7 +75,7 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
                 f"{given_px:.0f} px: features are {digits(round(best_px, 2))} px from where the "
                 f"other image predicts them, instead of {digits(round(off_px, 2))}; calibrate again"
             )
-    if len(capture.cameras) > 1 and min(off_px, best_px) > _OFF_PX * unit_px:
+    if is_rig and min(off_px, best_px) > _OFF_PX * unit_px:
         return (
             f"the images contradict the poses of the cameras: features are {off_px:.1f} px "
             "from where the other image predicts them; calibrate again"
@@ -122,9 +132,8 @@ def _pairs(capture: Capture) -> Iterator[MatchedFeatures]:
     some = [int(one) for one in np.unique(np.linspace(0, count - 1, _PAIRS).round())]
     if len(capture.cameras) > 1:
         other = capture.cameras[1]
-        second_from_first = other.rig_from_camera.inverse() @ first.rig_from_camera
         for index in some:
-            yield from _pair((first, other), (index, index), second_from_first)
+            yield from _pair((first, other), (index, index), _second_from_first(first, other))
     elif not capture.is_recording:
         places = np.array([pose.translation for pose in capture.world_from_rig])
         least = _APART * float(np.sqrt(places.var(axis=0).sum()))

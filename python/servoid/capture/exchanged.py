@@ -4,7 +4,7 @@ What a pair sees is in front of both cameras. With exchanged images the disparit
 sign, so that features lie behind the cameras, and in front of them if the images change places.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -15,20 +15,27 @@ from servoid.errors import CameraError
 from servoid.pose import exact
 from servoid.pose.exact import Floats
 
-_LEAST = 20  # features that only exchanged images explain
-_RATIO = 4.0  # of those to the features that the images explain as given
+_LEAST = 20  # features that support an order of the images
+_RATIO = 4.0  # of those to the features that support the other order
 _OFF_PX = 2.0  # at 1000 px of diagonal: from a feature's epipolar line
 _PARALLAX_PX = 2.0  # at 1000 px of diagonal: below, a feature's side is noise
 
 
-def exchange_note(names: tuple[str, str], pairs: Sequence[MatchedFeatures]) -> str | None:
-    """Return a message if the images of two named cameras are exchanged, else None."""
-    given, exchanged = (
-        sum(_count_in_front(pair, turned=turned) for pair in pairs) for turned in (False, True)
-    )
-    if exchanged < _LEAST or exchanged < _RATIO * given:
+def exchange_note(names: tuple[str, str], pairs: Iterable[MatchedFeatures]) -> str | None:
+    """Return a message if the images of two named cameras are exchanged, else None.
+
+    The first pair that is clearly as given settles it: no further one is read.
+    """
+    matched = given = exchanged = 0
+    for pair in pairs:
+        as_given, as_exchanged = (_count_in_front(pair, turned=turned) for turned in (False, True))
+        if _is_clear(as_given, as_exchanged):
+            return None
+        matched += len(pair.first_px)
+        given += as_given
+        exchanged += as_exchanged
+    if not _is_clear(exchanged, given):
         return None
-    matched = sum(len(pair.first_px) for pair in pairs)
     one, other = names
     return (
         f"the images of {one} and {other} are exchanged: of {matched} features that match in both, "
@@ -49,6 +56,11 @@ def check_not_exchanged(view: CaptureView, other: CaptureView) -> None:
     note = None if pair is None else exchange_note((view.name, other.name), [pair])
     if note is not None:
         raise CameraError(note)
+
+
+def _is_clear(count: int, otherwise: int) -> bool:
+    """Return whether far more features support one order of the images than the other."""
+    return count >= _LEAST and count >= _RATIO * otherwise
 
 
 def _count_in_front(pair: MatchedFeatures, *, turned: bool) -> int:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from commands import Command
 from numpy.typing import NDArray
-from rooms_to_scan import FOCAL_PX, SIZE_PX, Room, around, draw, write_photos
+from rooms_to_scan import FOCAL_PX, SIZE_PX, write_pair
 
 from servoid._native import Lens
 from servoid.capture import Capture, open_capture
@@ -31,37 +31,15 @@ CAPTURES = (
     "real/cube_hand",
 )
 TELLING = ("stereo/teabox", "photos/temple", "photos/skull", "photos/blowtorch")
-CAMERA = """[[camera]]
-name = "{name}"
-images = "{name}/*.jpg"
-size_px = [{width}, {height}]
-focal_px = [{focal}, {focal}]
-rig_from_camera = {pose}
-"""
 
 
 def toed_in(degrees: float) -> NDArray[np.float64]:
-    """Return where a right eye is from the left one, turned towards it."""
+    """Return where a right camera is from the left one, turned towards it."""
     turn = np.radians(degrees)
     pose = np.eye(4)
     pose[:3, :3] = Pose.exp([0.0, 0.0, 0.0, 0.0, -turn, 0.0]).matrix()[:3, :3]
     pose[0, 3] = 0.1
     return pose
-
-
-def write_pair(folder: Path, true: NDArray[np.float64], given: NDArray[np.float64]) -> Capture:
-    """Draw three observations of two eyes, of which a capture tells something of its own."""
-    walk = around(3, 20.0)
-    for name, poses in (("left", walk), ("right", [pose @ true for pose in walk])):
-        write_photos(folder / name, draw(Room(), poses))
-    tables = [
-        CAMERA.format(
-            name=name, width=SIZE_PX[0], height=SIZE_PX[1], focal=FOCAL_PX, pose=pose.tolist()
-        )
-        for name, pose in (("left", np.eye(4)), ("right", given))
-    ]
-    (folder / "capture.toml").write_text("\n".join(["version = 1", "rate_hz = 10", *tables]))
-    return open_capture(folder)
 
 
 def with_focal(capture: Capture, share: float) -> Capture:
@@ -87,7 +65,7 @@ def named_px(doubt: str | None) -> float:
 
 
 def test_a_wrong_focal_length_of_eyes_that_are_toed_in_is_told(tmp_path: Path) -> None:
-    capture = write_pair(tmp_path, toed_in(8.0), toed_in(8.0))
+    capture = write_pair(tmp_path, toed_in(8.0))
     assert doubt_calibration(capture) is None
     doubt = doubt_calibration(with_focal(capture, 0.9))
     assert named_px(doubt) == pytest.approx(FOCAL_PX, rel=0.02)
@@ -95,7 +73,7 @@ def test_a_wrong_focal_length_of_eyes_that_are_toed_in_is_told(tmp_path: Path) -
 
 
 def test_a_lens_that_ends_within_the_tried_focal_lengths_is_no_trouble(tmp_path: Path) -> None:
-    capture = write_pair(tmp_path, toed_in(8.0), toed_in(8.0))
+    capture = write_pair(tmp_path, toed_in(8.0))
     bent = [
         replace(
             camera,
@@ -127,10 +105,10 @@ def test_eyes_that_are_said_to_be_parallel_and_are_not_are_told(tmp_path: Path) 
 
 @pytest.mark.extended
 def test_the_summaries_of_model_and_track_tell_it(tmp_path: Path, servoid_command: Command) -> None:
-    write_pair(tmp_path, toed_in(8.0), toed_in(8.0))
+    write_pair(tmp_path, toed_in(8.0))
     toml, body = tmp_path / "capture.toml", tmp_path / "body.json"
     toml.write_text(toml.read_text().replace(f"[{FOCAL_PX}, {FOCAL_PX}]", "[270.0, 270.0]"))
-    target = ("--target", "box:130,70,190,150@left/p001", "--trust-targets")
+    target = ("--target", "box:130,70,190,150@one/p001", "--trust-targets")
     chosen = ("--observations", "1:2", "--max-ellipsoids", 2)
     done = servoid_command("model", tmp_path, *target, *chosen, "--out", body)
     assert done.code == 0, done.err

@@ -2,14 +2,17 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from commands import Command
 from drawn_pairs import Pair
+from numpy.typing import NDArray
 from refusals import check_refused
-from rooms_to_scan import FOCAL_PX, SIZE_PX, Room, around, draw, write_photos
+from rooms_to_scan import write_pair
 
+from servoid.camera import Picture
 from servoid.capture import Capture, doubt_calibration, open_capture
 from servoid.errors import CameraError
 from servoid.model import Request, fit_capture
@@ -18,18 +21,11 @@ from servoid.pose import Pose
 DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
 PAIRS = ("mustard", "mustard_hand", "drill", "teabox")
 RIGS = {
-    "b right of a": [0.1, 0.0, 0.0, 0.0, 0.0, 0.0],
-    "b left of a": [-0.1, 0.0, 0.0, 0.0, 0.0, 0.0],
-    "b above a": [0.0, -0.1, 0.0, 0.0, 0.0, 0.0],
+    "other right of one": [0.1, 0.0, 0.0, 0.0, 0.0, 0.0],
+    "other left of one": [-0.1, 0.0, 0.0, 0.0, 0.0, 0.0],
+    "other above one": [0.0, -0.1, 0.0, 0.0, 0.0, 0.0],
     "toed in": [0.1, 0.0, 0.0, 0.0, -0.14, 0.0],
 }
-CAMERA = """[[camera]]
-name = "{name}"
-images = "{name}/*.jpg"
-size_px = [{width}, {height}]
-focal_px = [{focal}, {focal}]
-rig_from_camera = {pose}
-"""
 
 
 def with_exchanged_images(capture: Capture) -> Capture:
@@ -42,22 +38,28 @@ def with_exchanged_images(capture: Capture) -> Capture:
 def test_cameras_with_exchanged_images_are_named_whatever_the_rig(
     name: str, tmp_path: Path
 ) -> None:
-    true = Pose.exp(RIGS[name]).matrix()
-    walk = around(2, 20.0)
-    tables = ["version = 1", "rate_hz = 10"]
-    for camera, rig_from_camera in (("one", np.eye(4)), ("other", true)):
-        write_photos(tmp_path / camera, draw(Room(), [pose @ rig_from_camera for pose in walk]))
-        width, height = SIZE_PX
-        pose = rig_from_camera.tolist()
-        tables.append(
-            CAMERA.format(name=camera, width=width, height=height, focal=FOCAL_PX, pose=pose)
-        )
-    (tmp_path / "capture.toml").write_text("\n".join(tables))
-    capture = open_capture(tmp_path)
+    capture = write_pair(tmp_path, Pose.exp(RIGS[name]).matrix())
     assert doubt_calibration(capture) is None
     doubt = doubt_calibration(with_exchanged_images(capture))
     assert doubt is not None
     assert doubt.startswith("the images of one and other are exchanged: of ")
+
+
+@pytest.mark.parametrize(("name", "count"), [("other above one", 2), ("toed in", 6)])
+def test_parallel_cameras_as_given_are_settled_by_their_first_two_images(
+    name: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    capture = write_pair(tmp_path, Pose.exp(RIGS[name]).matrix())
+    read: list[str] = []
+    whole = Picture.read
+
+    def noted(picture: Picture, *given: Any) -> NDArray[np.uint8]:
+        read.append(picture.stem)
+        return whole(picture, *given)
+
+    monkeypatch.setattr(Picture, "read", noted)
+    assert doubt_calibration(capture) is None
+    assert len(read) == count
 
 
 def test_a_pair_with_exchanged_files_is_refused_by_both_names(

@@ -20,7 +20,7 @@ WRONG_M, WRONG_SHARE, WRONG_RAD = 0.02, 0.1, np.radians(15.0)
 SCALES = np.exp(np.linspace(-0.5, 0.5, 41))  # that are tried where one camera leaves it open
 POINTS, FEW = 2000, 200  # of a mesh's vertices that are compared, and for a scale
 CAPPED_M = 0.05  # errors above do not count for a scale
-UNTOLD_M = 1e-3  # by how much another scale must fit better, by factor of e: rest tells of none
+UNTOLD_M = 1e-3  # of error that a scale must save for each factor of e: rest determines none
 
 Bools = NDArray[np.bool_]
 

@@ -28,7 +28,7 @@ def exchange_note(names: tuple[str, str], pairs: Iterable[MatchedFeatures]) -> s
     """
     matched = given = exchanged = 0
     for pair in pairs:
-        as_given, as_exchanged = (_count_in_front(pair, turned=turned) for turned in (False, True))
+        as_given, as_exchanged = (_count_in_front(pair, exchanged=one) for one in (False, True))
         if _is_clear(as_given, as_exchanged):
             return None
         matched += len(pair.first_px)
@@ -63,9 +63,9 @@ def _is_clear(count: int, otherwise: int) -> bool:
     return count >= _LEAST and count >= _RATIO * otherwise
 
 
-def _count_in_front(pair: MatchedFeatures, *, turned: bool) -> int:
-    """Count the features that both cameras see in front of them, with images `turned` or not."""
-    pixels = (pair.second_px, pair.first_px) if turned else (pair.first_px, pair.second_px)
+def _count_in_front(pair: MatchedFeatures, *, exchanged: bool) -> int:
+    """Count the features that both cameras see in front of them, with images `exchanged` or not."""
+    pixels = (pair.second_px, pair.first_px) if exchanged else (pair.first_px, pair.second_px)
     one, other = (_rays(lens, part) for lens, part in zip(pair.lenses, pixels, strict=True))
     matrix = pair.second_from_first.matrix()
     offset = matrix[:3, 3]

@@ -50,17 +50,29 @@ def check_depth_agrees(pairs: Sequence[tuple[CaptureView, CaptureView]]) -> None
     if not pairs:
         return
     chosen = np.unique(np.linspace(0, len(pairs) - 1, _MOST_VIEWS).round())
-    compared = [one for number in chosen if (one := _compared(*pairs[int(number)])) is not None]
+    compared = [one for number in chosen if (one := _compare(*pairs[int(number)])) is not None]
     apart = [one for one in compared if not one.agrees]
     if 2 * len(apart) > len(compared):
         raise CaptureError(_contradiction(apart[0]))
+
+
+def with_twins(
+    views: Sequence[CaptureView], everything: Sequence[CaptureView]
+) -> list[tuple[CaptureView, CaptureView]]:
+    """Pair each view with the first other view of its instant; leave out those without one."""
+    pairs = []
+    for view in views:
+        twins = (one for one in everything if one.index == view.index and one.name != view.name)
+        if (twin := next(twins, None)) is not None:
+            pairs.append((view, twin))
+    return pairs
 
 
 def _has_depth(view: CaptureView) -> bool:
     return view.depth_path is not None or view.depth_m is not None
 
 
-def _compared(view: CaptureView, other: CaptureView) -> _Compared | None:
+def _compare(view: CaptureView, other: CaptureView) -> _Compared | None:
     depth = view.depth()
     if depth is None:
         return None
@@ -99,15 +111,3 @@ def _unit(view: CaptureView, ratio: float) -> str:
 
 def _rounded(value: float) -> str:
     return digits(float(f"{value:.3g}"))
-
-
-def with_twins(
-    views: Sequence[CaptureView], everything: Sequence[CaptureView]
-) -> list[tuple[CaptureView, CaptureView]]:
-    """Pair each view with the first other view of its instant; leave out those without one."""
-    pairs = []
-    for view in views:
-        twins = (one for one in everything if one.index == view.index and one.name != view.name)
-        if (twin := next(twins, None)) is not None:
-            pairs.append((view, twin))
-    return pairs

@@ -87,10 +87,10 @@ def _exchanged_notes(fitted: Fitted) -> list[str]:
     behind = behind[np.argsort(ious[behind], kind="stable")][:_MOST]
     found = []
     for pair in combinations(behind.tolist(), 2):
-        turned = _turned(views[pair[0]], views[pair[1]])
-        if turned is None:
+        exchanged = _exchanged(views[pair[0]], views[pair[1]])
+        if exchanged is None:
             continue
-        before, after = ious[list(pair)], silhouette_ious(body, turned)
+        before, after = ious[list(pair)], silhouette_ious(body, exchanged)
         share = float((1.0 - after).sum() / (1.0 - before).sum())
         if share < _EXCHANGED and bool((after > before).all()):
             found.append((share, pair, before, after))
@@ -145,7 +145,7 @@ def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView]) -> str | None
     )
 
 
-def _turned(one: View, other: View) -> list[View] | None:
+def _exchanged(one: View, other: View) -> list[View] | None:
     """Return two views with each other's masks; None if these do not fit their cameras."""
     if one.camera.size_px != other.camera.size_px:
         return None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from servoid.errors import CaptureError
 from servoid.source.controls import Controls
 from servoid.source.grabbing import Reopened, Video
+from servoid.source.streams.film import FilmVideo
 from servoid.source.streams.mjpeg import open_mjpeg, reason_of
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ _ADDRESS = "://"
 _DEVICE_FILE = "/dev/"
 _GENICAM = "genicam:"
 _HTTP = ("http://", "https://")
+_STORED = (*_HTTP, "file://")  # addresses that may be those of a recorded video
 _PASSWORD = re.compile(r"//[^/@]*@")  # in an address; messages must not show it
 _PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
 _OPEN_MS, _READ_MS = 5000, 3000  # for which OpenCV waits for a stream
@@ -45,7 +47,8 @@ def opened(
     """Open a device by its number, or a file, an address, a GStreamer pipeline or genicam:NAME.
 
     `size_px` (width, height), if given, is requested from a camera that is given by number.
-    `controls` are applied to webcams and industrial cameras.
+    `controls` are applied to webcams and industrial cameras. A recorded video, also as a
+    `cv2.VideoCapture`, is played once and at its own rate.
 
     Raises:
         CaptureError: it cannot be opened.
@@ -53,7 +56,7 @@ def opened(
 
     """
     if not isinstance(device, (int, str)):
-        return device
+        return _paced(device)
     if isinstance(device, str) and device.startswith(_GENICAM):
         from servoid.source.devices.genicam import GenicamVideo
 
@@ -70,6 +73,8 @@ def opened(
             return video
     video = _by_opencv(name, device, size_px)
     is_webcam = isinstance(device, int) or device.startswith(_DEVICE_FILE)
+    if not is_webcam and _may_be_stored(device):
+        return _paced(video)
     if controls is None or not is_webcam:
         return video
     from servoid.source.devices.uvc import Webcam
@@ -100,6 +105,22 @@ def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) ->
     if isinstance(device, int):
         video.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # images in a queue are outdated
     return video
+
+
+def _may_be_stored(device: str) -> bool:
+    is_address = _ADDRESS in device and not device.lower().startswith(_STORED)
+    return not is_address and _PIPELINE not in device
+
+
+def _paced(video: Video) -> Video:
+    """Return a video of OpenCV that is recorded so that it plays at its own rate, others as is.
+
+    OpenCV would deliver its images as fast as it decodes them.
+    """
+    import cv2
+
+    is_recorded = isinstance(video, cv2.VideoCapture) and video.get(cv2.CAP_PROP_FRAME_COUNT) > 0
+    return FilmVideo(video) if is_recorded else video
 
 
 def is_stream(device: Device) -> bool:

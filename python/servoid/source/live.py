@@ -33,7 +33,9 @@ class LiveCamera:
     `device` is its number, or a file, an address or a GStreamer pipeline that OpenCV opens, or an
     object with `grab`, `retrieve` and `release` like `cv2.VideoCapture`. Cameras with the same
     object are its eyes, in the order of its images. `controls` are applied to a webcam or an
-    industrial camera that is given by its number or name.
+    industrial camera that is given by its number or name. A recorded video stands for a camera that
+    sends its images at their times in the film, and is then over; `servoid.capture` reads a video
+    image by image, at any speed.
     """
 
     name: str

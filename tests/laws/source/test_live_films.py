@@ -1,0 +1,97 @@
+"""Recorded videos in place of live cameras."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from played_sources import SIZE_PX, rig
+
+from servoid.source import Instant, Live, Video
+
+RATE_HZ, COUNT = 20.0, 12
+
+Device = Callable[[Path], str | Video]
+
+
+def film(path: Path, *, rate_hz: float = RATE_HZ) -> Path:
+    """Write a film whose images are brighter from one to the next."""
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), rate_hz, SIZE_PX)
+    for number in range(COUNT):
+        writer.write(np.full((SIZE_PX[1], SIZE_PX[0], 3), 10 * number, np.uint8))
+    writer.release()
+    return path
+
+
+def played(*devices: str | Video) -> tuple[list[Instant], list[float]]:
+    """Return the observations of films until their end, and when each arrived."""
+    found, arrived_s = [], []
+    limit_s = time.monotonic() + 10.0
+    with Live(rig(*devices)) as source:
+        while not source.is_over:
+            assert time.monotonic() < limit_s, "the films do not end"
+            instant = source.newest()
+            if instant is not None:
+                found.append(instant)
+                arrived_s.append(time.monotonic())
+            time.sleep(0.001)
+    return found, arrived_s
+
+
+@pytest.mark.parametrize(
+    "device",
+    [str, Path.as_uri, lambda path: cv2.VideoCapture(str(path))],
+    ids=["path", "address", "VideoCapture"],
+)
+def test_a_film_comes_as_its_camera_would_send_it_and_is_then_over(
+    device: Device, tmp_path: Path
+) -> None:
+    found, arrived_s = played(device(film(tmp_path / "film.avi")))
+    shown = [one.images[0] for one in found]
+    bright = [image.mean() for image in shown if image is not None]
+    assert np.diff(bright).min() > 5.0
+    assert COUNT - 2 <= len(bright) <= COUNT  # a busy computer may be late for one
+    steps = np.diff([one.time_s for one in found])
+    # Whole intervals, although images arrive when the computer has time for them.
+    assert steps * RATE_HZ == pytest.approx(np.round(steps * RATE_HZ), abs=0.1)
+    assert found[-1].time_s - found[0].time_s == pytest.approx((COUNT - 1) / RATE_HZ, abs=0.11)
+    assert arrived_s[-1] - arrived_s[0] > 0.8 * (COUNT - 1) / RATE_HZ
+
+
+def test_two_films_are_a_pair_of_cameras(tmp_path: Path) -> None:
+    films = [str(film(tmp_path / f"{name}.avi")) for name in ("left", "right")]
+    found, _ = played(*films)
+    pairs = [one.images for one in found if all(image is not None for image in one.images)]
+    assert len(pairs) >= COUNT - 2
+    for left, right in pairs:
+        assert left is not None and right is not None
+        assert left.mean() == right.mean()
+
+
+def test_images_of_a_film_that_nobody_was_in_time_for_are_missing(tmp_path: Path) -> None:
+    class Slow:
+        """A film that halts before its fourth image, as a computer does that is busy."""
+
+        def __init__(self, path: Path) -> None:
+            from servoid.source import opened
+
+            self._film, self._count = opened("left", str(path)), 0
+
+        def grab(self) -> bool:
+            self._count += 1
+            if self._count == 4:
+                time.sleep(5.5 / RATE_HZ)
+            return self._film.grab()
+
+        def retrieve(self) -> tuple[bool, object]:
+            return self._film.retrieve()
+
+        def release(self) -> None:
+            self._film.release()
+
+    found, _ = played(Slow(film(tmp_path / "film.avi")))
+    notices = [notice for one in found for notice in one.notices]
+    assert any("images are missing before this one" in notice for notice in notices)
+    assert found[-1].time_s - found[0].time_s == pytest.approx((COUNT - 1) / RATE_HZ, abs=0.11)

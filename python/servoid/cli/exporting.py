@@ -10,6 +10,7 @@ from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.wrong_options import of_options
 from servoid.exchange.export import check_export, check_options, export_body, format_of
 from servoid.shape import load_body
+from servoid.shape.sizes import body_size_note
 from servoid.words import counted, four_digits
 
 _CM3_PER_M3 = 1e6
@@ -50,3 +51,6 @@ def run_export(request: Request) -> None:
         f"{counted(count, 'ellipsoid')}, "
         f"{four_digits(_CM3_PER_M3 * done.volume_m3)} cm³, {four_digits(done.mass_kg)} kg"
     )
+    note = body_size_note(file.body())
+    if note is not None:
+        typer.echo(f"  note  {note}")

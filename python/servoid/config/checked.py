@@ -5,6 +5,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from servoid.config.plausible import implausible_setting
 from servoid.config.strict import explained, is_finite
 from servoid.errors import ServoidError
 
@@ -24,7 +25,8 @@ class Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         """Check each field separately.
 
         Raises:
-            the error of `refusal`: a value has the wrong type or range, or is NaN.
+            the error of `refusal`: a value has the wrong type or range, is NaN, or is a length that
+                is not plausible.
 
         """
         for field in msgspec.structs.fields(type(self)):
@@ -36,6 +38,9 @@ class Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
                 checked = msgspec.convert(value, field.type)
             except msgspec.ValidationError as reason:
                 raise self.refusal(explained(reason, value, field.type, place)) from reason
+            absurd = implausible_setting(field.encode_name, checked, field.type)
+            if absurd is not None:
+                raise self.refusal(absurd)
             msgspec.structs.force_setattr(self, field.name, checked)
 
 

@@ -19,7 +19,7 @@ from servoid._native import (
 )
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
-from servoid.model.misfit import swapped_note, touches_all_borders
+from servoid.model.misfit import far_note, swapped_note, touches_all_borders
 from servoid.model.misplaced import Fitted, misplaced_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import Coverage, ModelResult
@@ -117,7 +117,8 @@ def fit(
     small, note = shrunk(_of_capture(capture_views, images))
     used, unused = divide(small, views)
     result = fit_views(used, unused, NO_RANGE_SAMPLES, request)
-    return result if note is None else replace(result, notes=(*result.notes, note))
+    notes = [one for one in (note, far_note(result.body, result.native_used)) if one is not None]
+    return replace(result, notes=(*result.notes, *notes))
 
 
 def fit_views(

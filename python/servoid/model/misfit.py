@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, View
+from servoid.config.plausible import FAR_M
 from servoid.pose import exact
 from servoid.words import counted, digits
 
@@ -15,7 +16,6 @@ _TIMES, _BESIDE = 3.0, 0.1  # the misfit of the median, and this more, contradic
 _LEAST_COMPARED = 5  # views, below which a median is no measure
 _CURE = "check poses, calibration and masks, and do not use the body until then"
 _BORDERS = 4
-_FAR_M = 100.0  # a distance at which a rig of cameras measures nothing
 
 
 def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> list[str]:
@@ -70,10 +70,11 @@ def far_note(body: Body, views: Sequence[View]) -> str | None:
         exact.norm(np.subtract(body.world_from_object.translation, eye))
         for eye in (view.world_from_camera.translation for view in views)
     ]
-    if min(away, default=0.0) < _FAR_M:
+    if min(away, default=0.0) < FAR_M:
         return None
     return (
         f"the object is {digits(min(away))} m away and up to {digits(2.0 * body.radii.max())} m "
-        "large: are poses or depths in millimetres? They are in metres everywhere; a capture.toml "
-        "gives the unit of its depth images as depth_scale_m"
+        "large: are poses or depths in millimetres, or the cameras' distance from each other? They "
+        "are in metres everywhere; a capture.toml gives the unit of its depth images as "
+        "depth_scale_m"
     )

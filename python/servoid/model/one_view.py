@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
+from servoid.config.plausible import FAR_M, implausible
 from servoid.errors import ModelError
 from servoid.model.fit import Request, fit_views
 from servoid.model.range_samples import (
@@ -25,13 +26,16 @@ def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> Mode
     `distance_m` is the distance of the object's middle from the camera, along the camera's axis.
 
     Raises:
-        ModelError: the distance is not positive and finite, or a setting is out of range.
+        ModelError: the distance is not positive or not plausible, or a setting is out of range.
         CameraError, ImageError, MaskError: a file cannot be used.
 
     """
     start = time.perf_counter()
     if not (math.isfinite(distance_m) and distance_m > 0.0):
         raise ModelError(f"the distance is {distance_m} m; give a positive number of metres")
+    absurd = implausible("the distance", distance_m, FAR_M)
+    if absurd is not None:
+        raise ModelError(absurd)
     result = fit_views([view], [], range_samples_of_outline(view, distance_m), request, start=start)
     note = (
         f"one image shows no depth: the object is taken to be {distance_m:g} m away and as thick "

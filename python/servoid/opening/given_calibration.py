@@ -11,6 +11,7 @@ import msgspec
 from servoid._native import Camera, Pose
 from servoid.camera.lenses import pinhole_lens
 from servoid.capture.capture_file import LensEntry, Version, mounted_lenses, read_versioned
+from servoid.config.plausible import NEAR_M, implausible
 from servoid.errors import CaptureError, located
 from servoid.source import MountedCamera
 from servoid.words import counted, digits
@@ -85,6 +86,9 @@ class GivenCalibration:
         for option, value in (("--baseline", self.baseline_m), ("--rate", self.rate_hz)):
             if value is not None and not 0.0 < value < math.inf:
                 raise CaptureError(f"{option} is {digits(value)}; give a positive number")
+        absurd = implausible("--baseline", self.baseline_m or 0.0, NEAR_M)
+        if absurd is not None:
+            raise CaptureError(absurd)
         if self.calibration is not None and (self.fov_deg or self.baseline_m):
             raise CaptureError(
                 "--calibration gives the lenses and the poses on the rig; leave --fov and "

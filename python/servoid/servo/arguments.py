@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from servoid.config.plausible import NEAR_M, implausible
 from servoid.errors import ServoError
-from servoid.pose import Pose
+from servoid.pose import Pose, exact
 from servoid.pose.exact import Floats
 from servoid.servo.arm import Arm, Joints, JointState, is_number
 from servoid.servo.belief.target import TargetEstimate
@@ -41,6 +42,12 @@ def check_arm(arm: Arm, settings: ServoSettings | None) -> None:
         raise ServoError(f"Arm.joints must be servoid.servo.Joints, but is {_kind(arm.joints)}")
     if not is_number(arm.period_s) or not 0.0 < arm.period_s < np.inf:
         raise ServoError(f"Arm.period_s must be a number above 0, but is {arm.period_s!r:.60}")
+    if arm.eyes is not None:
+        offset = exact.norm(np.array(arm.eyes.hand_from_head.translation))
+        for name, length in (("hand_from_head", offset), ("half_baseline", arm.eyes.half_baseline)):
+            absurd = implausible(f"Arm.eyes.{name}", length, NEAR_M)
+            if absurd is not None:
+                raise ServoError(absurd)
     if not isinstance(settings, ServoSettings | None):
         raise ServoError(
             f"settings must be servoid.servo.ServoSettings or None, but are {_kind(settings)}"

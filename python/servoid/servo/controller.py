@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from servoid.config.plausible import FAR_M, NEAR_M, REACH_M
 from servoid.pose import Pose, exact
 from servoid.pose.exact import Floats
 from servoid.servo.arguments import (
@@ -165,7 +166,9 @@ class Controller:
         speed_scale = self._supervisor.speed_scale()
         if not holding and speed_scale == 1.0:
             self._sure = Prediction.at_rest(state.time_s, target.world_from_object)
-        absurd = goal_from_object is not None and not is_within_reason(goal_from_object)
+        absurd = goal_from_object is not None and not (
+            is_within_reason(goal_from_object, NEAR_M) and _is_reachable(now, target.place)
+        )
         if holding or goal_from_object is None or absurd:
             self._goal = None
             # A wrong estimate must not turn the cameras away from a hidden target.
@@ -190,7 +193,8 @@ class Controller:
         if state.stopped:
             return self._hold(now, None, frozenset({Reason.PROTECTIVE_STOP}))
         point = Pose.from_parts(np.asarray(fixate).tolist(), [1.0, 0.0, 0.0, 0.0])
-        if not (is_within_reason(point) and is_within_reason(world_from_goal)):
+        places = point.translation, world_from_goal.translation
+        if not all(_is_reachable(now, np.array(place)) for place in places):
             return self._hold(now, None, frozenset({Reason.NOT_FINITE}))
         target = Prediction.at_rest(state.time_s, point)
         goal = Moving.at_rest(world_from_goal.inverse() @ point)
@@ -332,7 +336,10 @@ class Controller:
         ahead_s = self._settings.hand.lead_s + 0.5 * self._arm.period_s
         jacobian = self._jacobian(state.positions + ahead_s * previous)
         twist = exact.product(self._jacobian(state.positions), velocities[self._hand])
-        if not (np.isfinite(jacobian).all() and np.isfinite(twist).all()):
+        # A hand that moves farther by a radian is that of an arm in millimetres.
+        if not (
+            np.abs(jacobian[:3]).max() <= REACH_M and np.isfinite([*jacobian.flat, *twist]).all()
+        ):
             return None
         last = exact.product(jacobian, previous[self._hand]) if command is None else command.twist
         acceleration = np.zeros(len(previous)) if command is None else command.acceleration
@@ -372,3 +379,8 @@ class Controller:
         if not np.array_equal(within(twist, settings.linear_speed, settings.angular_speed), twist):
             return Moving.at_rest(goal_from_object)  # another goal, not one that moves
         return Moving.from_twist(goal_from_object, twist)
+
+
+def _is_reachable(now: _Now, place: Floats) -> bool:
+    """Return whether a place in the world, (3,), is finite, and not absurdly far from the hand."""
+    return bool(np.abs(place - now.place).max() <= FAR_M)

@@ -8,10 +8,15 @@ from typing import Annotated, Any
 from msgspec import Meta
 
 from servoid.config.checked import Checked
+from servoid.config.plausible import FAR_M, NEAR_M, Most
 from servoid.config.strict import convert, read_toml
 from servoid.errors import ServoError, ServoidError
 
 Triple = tuple[float, float, float]
+_Corner = Annotated[Triple, Most(FAR_M)]
+_Near = Most(NEAR_M)  # distances of the hand from the object and other parts
+_Speed = Most(20.0, "m/s")  # no arm is faster
+_Braking = Most(500.0, "m/s²")
 
 
 class JointLaw(Enum):
@@ -96,9 +101,11 @@ class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
         bool, Meta(description="predict the pose from the time of the image to the present")
     ] = True
     horizon_s: Annotated[float, _from_0("how far ahead motion is extrapolated, s")] = 0.25
-    linear_speed: Annotated[float, _above("maximum speed of the object, m/s")] = 1.0
+    linear_speed: Annotated[
+        float, Most(FAR_M, "m/s"), _above("maximum speed of the object, m/s")
+    ] = 1.0
     angular_speed: Annotated[float, _above("its maximum angular speed, rad/s")] = 6.0
-    linear_jump: Annotated[float, _above("largest credible position error, m")] = 0.03
+    linear_jump: Annotated[float, _Near, _above("largest credible position error, m")] = 0.03
     angular_jump: Annotated[float, _above("largest credible rotation error, rad")] = 0.5
     agreeing: Annotated[
         int, Meta(ge=1, description="consecutive estimates that confirm a jump of the object")
@@ -120,7 +127,7 @@ class HandSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=T
     lead_s: Annotated[
         float, _from_0("lead of the fed-forward velocity, for the joints' lag, s")
     ] = 0.02
-    linear_speed: Annotated[float, _above("maximum speed of the hand, m/s")] = 0.5
+    linear_speed: Annotated[float, _Speed, _above("maximum speed of the hand, m/s")] = 0.5
     angular_speed: Annotated[float, _above("maximum angular speed of the hand, rad/s")] = 1.5
     linear_acceleration: Annotated[float, _above("maximum of the hand, m/s²")] = 2.0
     angular_acceleration: Annotated[float, _above("maximum of the hand, rad/s²")] = 8.0
@@ -195,13 +202,16 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     ] = 12
     resume_s: Annotated[float, _above("time for the hand to regain its full speed, s")] = 0.8
     rough: Annotated[
-        float, _above("standard deviation of the goal's position above which it is reported, m")
+        float,
+        _Near,
+        _above("standard deviation of the goal's position above which it is reported, m"),
     ] = 0.025
     away: Annotated[
-        float, _above("distance of the hand from its goal above which it is reported, m")
+        float, _Near, _above("distance of the hand from its goal above which it is reported, m")
     ] = 0.025
     adrift: Annotated[
         float,
+        _Near,
         _above(
             "shift of the goal by rotations that the filter has not followed, or has followed "
             "though uncertain, above which the arm is held, m"
@@ -222,17 +232,17 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
         float, _above("camera motion above which its image must change, m or rad")
     ] = 0.0005
     workspace_lower: Annotated[
-        Triple, Meta(description="lower corner of the box that the hand stays in, in the world, m")
+        _Corner, Meta(description="lower corner of the box that the hand stays in, in the world, m")
     ] = (-1.5, -1.5, 0.05)
-    workspace_upper: Annotated[Triple, Meta(description="its upper corner, m")] = (1.5, 1.5, 2.0)
+    workspace_upper: Annotated[_Corner, Meta(description="its upper corner, m")] = (1.5, 1.5, 2.0)
     least_distance: Annotated[
-        float, _from_0("minimum between the hand's and the object's origins, m")
+        float, _Near, _from_0("minimum between the hand's and the object's origins, m")
     ] = 0.2
     least_clearance: Annotated[
-        float, _from_0("minimum between parts of an arm of known shape, and to the room, m")
+        float, _Near, _from_0("minimum between parts of an arm of known shape, and to the room, m")
     ] = 0.015
     braking: Annotated[
-        float, _above("deceleration towards walls, the object and other parts, m/s²")
+        float, _Braking, _above("deceleration towards walls, the object and other parts, m/s²")
     ] = 0.8
 
 
@@ -240,15 +250,21 @@ class LookSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=T
     """How the hand looks around an object before it is modelled."""
 
     count: Annotated[int, Meta(ge=1, description="viewpoints, the first one included")] = 5
-    nearest: Annotated[float, _above("minimum distance of a viewpoint from the object, m")] = 0.45
-    farthest: Annotated[float, _above("maximum, where no nearer one can be reached, m")] = 0.8
+    nearest: Annotated[
+        float, _Near, _above("minimum distance of a viewpoint from the object, m")
+    ] = 0.45
+    farthest: Annotated[float, _Near, _above("maximum, where no nearer one can be reached, m")] = (
+        0.8
+    )
     widest_deg: Annotated[
         float, Meta(gt=0, le=90, description="maximum angle from the first viewpoint, degrees")
     ] = 60.0
     least_gain: Annotated[
         float, _from_0("share of the surface that a further viewpoint must newly show")
     ] = 0.02
-    near: Annotated[float, _above("pose error below which the hand has arrived, m and rad")] = 0.01
+    near: Annotated[
+        float, _Near, _above("pose error below which the hand has arrived, m and rad")
+    ] = 0.01
     still: Annotated[float, _above("speed of the hand below which it rests, m/s and rad/s")] = 0.02
     patience_s: Annotated[float, _above("time after which the hand looks from where it is, s")] = (
         8.0

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from servoid import _native
 from servoid._native import Body, Pose
+from servoid.config.plausible import FAR_M, implausible
 from servoid.errors import TrackError
 from servoid.model import Progress
 from servoid.segment import Target
@@ -109,6 +110,9 @@ class Request:
                 f"the distance is {digits(self.distance_m)}; give a positive number of metres, "
                 "such as 0.6"
             )
+        absurd = implausible("the distance", self.distance_m or 0.0, FAR_M)
+        if absurd is not None:
+            raise TrackError(absurd)
 
     def evolves(self, subject: Subject) -> bool:
         """Return whether the body of a subject evolves."""

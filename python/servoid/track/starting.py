@@ -14,6 +14,7 @@ from servoid.errors import TrackError
 from servoid.model.marking import mark
 from servoid.pose import exact
 from servoid.shape.placed import placed
+from servoid.shape.sizes import body_size_note
 from servoid.source import Instant, cameras_of
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.request import Request, Subject
@@ -190,7 +191,8 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
         masks = _masks(usable, made.used_views)
         return _Known(made.body, made.body.world_from_object, masks, made.colors, made.all_notes)
     masks: Masks | None = None
-    notes: tuple[str, ...] = ()
+    size = body_size_note(subject.body)
+    notes: tuple[str, ...] = () if size is None else (size,)
     if subject.targets or any(view.index == instant.index for view in usable.views()):
         # A mask in a single camera does not determine the distance of the object.
         if subject.start is None:
@@ -199,7 +201,7 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
             )
         else:
             marked = mark(usable, subject.targets, only, trusted=request.trust_targets)
-            views, notes = marked.views, marked.notes
+            views, notes = marked.views, (*notes, *marked.notes)
         masks = _masks(usable, views)
     start = subject.start
     if masks is not None and start is not None:

@@ -9,9 +9,11 @@ from refusals import check_refused, edit
 
 from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, write_png
 from servoid.camera import Lens, read_mask, undistortion
+from servoid.capture import View, open_capture
 from servoid.errors import CameraError, DoubtError, MaskError, MeshError
-from servoid.model import fit_mesh
+from servoid.model import fit, fit_mesh
 from servoid.model.misfit import misfit_notes, swapped_note, touches_all_borders
+from servoid.pose import Pose
 from servoid.segment import BoxTarget, find_object, find_with_doubts, finding
 
 WIDTH, HEIGHT = SIZE_PX
@@ -206,3 +208,14 @@ def test_poses_in_millimetres_are_noticed(
         lines = [",".join(map(repr, map(float, row))) for row in larger]
         poses.write_text("\n".join([header, *lines, ""]))
         assert ("in millimetres" in summary_of(servoid_command, drawn_capture, *out)) == noticed
+
+
+def test_poses_in_millimetres_are_noticed_in_python(drawn_capture: Path) -> None:
+    views = []
+    for one in (view.view() for view in open_capture(drawn_capture).views()):
+        pose = one.world_from_camera
+        place = [1000.0 * length for length in pose.translation]
+        far = Pose.from_parts(place, pose.quaternion)
+        views.append(View(camera=one.camera, world_from_camera=far, mask=one.mask))
+    notes = " ".join(fit(views, max_ellipsoids=2).notes)
+    assert "in millimetres, or the cameras' distance from each other?" in notes

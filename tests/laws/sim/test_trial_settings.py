@@ -105,7 +105,11 @@ def test_every_setting_says_what_it_does() -> None:
             if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
                 continue
             assert get_origin(kind) is Annotated, f"{one.__name__}.{name}"
-            descriptions = [part.description for part in get_args(kind)[1:] if part.description]
+            descriptions = [
+                part.description
+                for part in get_args(kind)[1:]
+                if isinstance(part, Meta) and part.description
+            ]
             assert len("".join(descriptions)) > 8, f"{one.__name__}.{name}"
     lines = [line for line in trial_toml().splitlines() if " = " in line]
     assert len(lines) > 80

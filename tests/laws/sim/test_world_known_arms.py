@@ -1,5 +1,6 @@
 """Arms that laboratories have, and files that are none."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -131,3 +132,16 @@ def test_an_arm_without_room_where_its_first_joint_is_0_starts_another_way(
     arm = world_of(path, mount="flange", world_from_hand=wanted).arm
     place = arm.world_from_hand(arm.state().positions).translation
     assert place == pytest.approx(wanted[4:], abs=1e-5)
+
+
+@ARMS
+def test_an_arm_in_millimetres_is_refused(tmp_path: Path, known: KnownArm) -> None:
+    text = re.sub(
+        r'xyz="([^"]*)"/>(?=<axis)',
+        lambda found: f'xyz="{" ".join(str(1000.0 * float(x)) for x in found[1].split())}"/>',
+        known.urdf,
+    )
+    assert text != known.urdf
+    path = written(tmp_path, "arm.urdf", text)
+    with pytest.raises(SimError, match=r"arm.urdf: the length of the arm .* is \d+.* write \d\.\d"):
+        world_of(path, mount="flange", start=known.start)

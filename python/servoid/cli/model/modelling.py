@@ -23,6 +23,7 @@ from servoid.cli.scan.scanning import ScanOrder
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.config.places import is_file
+from servoid.config.plausible import FAR_M, implausible
 from servoid.errors import ModelError, OutputError
 from servoid.exchange import is_bag
 from servoid.exchange.shapes.cloud_file import is_cloud, read_cloud
@@ -156,6 +157,9 @@ def _check_settings(order: Order) -> None:
         raise ModelError(
             f"--distance is {digits(order.distance)}; give a positive number of metres, such as 0.6"
         )
+    absurd = implausible("--distance", order.distance or 0.0, FAR_M)
+    if absurd is not None:
+        raise ModelError(absurd)
 
 
 def _report_writer() -> WriteReport:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.config.limits import SHAPE_FILE
+from servoid.config.plausible import size_note
 from servoid.config.reading import read_bytes
 from servoid.errors import MeshError
 from servoid.exchange.shapes.ply_header import PlyElement, PlyHeader, read_ply_header
@@ -82,6 +83,8 @@ def read_cloud(path: Path) -> CloudFile:
         notes.append(f"{bad} of {len(points)} points {were(bad)} not finite and dropped")
     if header.element("face") is not None:
         notes.append("the faces were ignored")
+    size = size_note("the cloud", float(np.linalg.norm(np.ptp(points[finite], axis=0))))
+    notes += [] if size is None else [size]
     normals = _read_normals(rows)
     colors = _read_colors(rows)
     return CloudFile(

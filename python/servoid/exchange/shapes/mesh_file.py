@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.config.limits import SHAPE_FILE
+from servoid.config.plausible import size_note
 from servoid.config.reading import read_bytes
 from servoid.errors import MeshError, MissingExtraError, located
 from servoid.exchange.shapes.mesh_closing import close_mesh
@@ -16,8 +17,6 @@ from servoid.words import are, counted, digits
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
 _LONGEST = 1e6  # metres; squares and cubes of lengths stay far from overflow
-_SUSPICIOUS = 10.0
-_TINY = 1e-3
 _LEAST = 1e-6  # metres; the smallest size that the core distinguishes from a point
 
 
@@ -61,7 +60,8 @@ def read_mesh(path: Path) -> MeshFile:
     with located(str(path)):
         _check_numbers(vertices, faces)
         vertices, faces, notes = close_mesh(vertices, faces)
-    return MeshFile(vertices, faces, (*notes, *_size_note(vertices)))
+    note = size_note("the mesh", float(np.linalg.norm(np.ptp(vertices, axis=0))))
+    return MeshFile(vertices, faces, notes if note is None else (*notes, note))
 
 
 def _parse(path: Path, data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -113,14 +113,3 @@ def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> N
             f"the mesh is {digits(size)} m large; lengths are metres, at least {_LEAST:.0e}; scale "
             "the mesh"
         )
-
-
-def _size_note(vertices: NDArray[np.float64]) -> tuple[str, ...]:
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    if size > _SUSPICIOUS:
-        cure = "if its unit is the millimetre, scale it by 0.001"
-    elif size < _TINY:
-        cure = "if its unit is the kilometre or the inch, scale it by 1000 or 0.0254"
-    else:
-        return ()
-    return (f"the mesh is {digits(size)} m large; {cure}",)

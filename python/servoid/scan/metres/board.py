@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.config.plausible import SQUARE_M, implausible
 from servoid.errors import ScanError
 from servoid.pose.exact import Floats
 from servoid.scan.metres.scale import Scale, triangulate
@@ -59,6 +60,9 @@ def parse_board(text: str) -> Board:
         raise ScanError(
             f"a board's marker lies inside its square, but not in '{text}'; measure both in metres"
         )
+    absurd = implausible("a board's square", board.square_m, SQUARE_M)
+    if absurd is not None:
+        raise ScanError(absurd)
     _detectors(board)
     return board
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servoid.config.plausible import FAR_M, implausible
 from servoid.errors import ScanError
 from servoid.pose.exact import Floats
 from servoid.scan.footage import image_name
@@ -51,7 +52,7 @@ def parse_length(text: str) -> Length:
     """Parse `IMAGE:U0,V0,U1,V1=METRES`.
 
     Raises:
-        ScanError: the text has another form.
+        ScanError: the text has another form, or nobody has such a length before a camera.
 
     """
     name, colon, rest = text.rpartition(":")
@@ -66,6 +67,7 @@ def parse_length(text: str) -> Length:
             f"'{text}' is not a length; write IMAGE:U0,V0,U1,V1=METRES: an image's name, the "
             "pixels of both ends in it, and their distance, such as 0012:310,205,480,212=0.12"
         )
+    _check_plausible(f"the length of '{text}'", length)
     return Length(name, (u0, v0), (u1, v1), length)
 
 
@@ -73,7 +75,7 @@ def parse_baseline(text: str) -> Baseline:
     """Parse `IMAGE,IMAGE=METRES`.
 
     Raises:
-        ScanError: the text has another form.
+        ScanError: the text has another form, or nobody has such a length before a camera.
 
     """
     names, _, metres = text.rpartition("=")
@@ -87,7 +89,14 @@ def parse_baseline(text: str) -> Baseline:
             f"'{text}' is not a baseline; write IMAGE,IMAGE=METRES: the names of two images and "
             "how far the camera moved between them, such as 0000,0040=0.3"
         )
+    _check_plausible(f"the baseline of '{text}'", length)
     return Baseline(first, second, length)
+
+
+def _check_plausible(name: str, length_m: float) -> None:
+    absurd = implausible(name, length_m, FAR_M)
+    if absurd is not None:
+        raise ScanError(absurd)
 
 
 def scale_of_lengths(solution: Solution, lengths: Sequence[Length]) -> Scale | None:

@@ -22,10 +22,10 @@ class Reason(Enum):
     LOST = "the target is lost"
     UNSURE = "the tracker's confidence is too low"
     AHEAD = "image time stamps lie in the future"
-    NOT_FINITE = "the estimate or the goal holds numbers that are not finite, or far too large"
+    NOT_FINITE = "the estimate or the goal holds numbers that are not finite, or not plausible in m"
     TELEPORT = "the target jumped farther than it can move"
     RETURNING = "the target is back; waiting for more images that confirm it"
-    BAD_STATE = "the arm's joint state or Jacobian is not finite, or its speeds cannot be true"
+    BAD_STATE = "the arm's joint state or Jacobian is not finite, or its numbers cannot be true"
     PROTECTIVE_STOP = "the arm's own driver has stopped it and waits for a reset"
     PARTED = "the tracker's estimates have differed from the filtered pose for too long"
     ADRIFT = "uncertain estimates of the target's rotation would move the goal too far"
@@ -62,10 +62,10 @@ _TOLERATED_JUMPS = 1
 _FARTHEST = 1e4  # m: beyond this distance, a pose is no place of an object or a hand
 
 
-def is_within_reason(pose: Pose) -> bool:
+def is_within_reason(pose: Pose, most_m: float = _FARTHEST) -> bool:
     """Return whether a pose is finite, and not absurdly far away."""
     matrix = pose.matrix()
-    return bool(np.isfinite(matrix).all() and np.abs(matrix[:3, 3]).max() <= _FARTHEST)
+    return bool(np.isfinite(matrix).all() and np.abs(matrix[:3, 3]).max() <= most_m)
 
 
 class SafetySupervisor:

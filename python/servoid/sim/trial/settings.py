@@ -7,6 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from servoid.config.checked import Checked
+from servoid.config.plausible import NEAR_M, Most
 from servoid.config.strict import convert, read_toml
 from servoid.errors import ServoError, ServoidError, TargetError
 from servoid.segment import parse_target
@@ -36,6 +37,7 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     seconds: Annotated[float, Meta(gt=0, description="duration of servoing, s")] = 30.0
     goal: Annotated[
         Triple,
+        Most(NEAR_M),
         Meta(description="desired position of the object's centre in the hand's frame, m"),
     ] = BEFORE_HAND
     target: Annotated[
@@ -49,7 +51,9 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         bool, Meta(description="use the target even if it may mean several objects")
     ] = False
     start_offset: Annotated[
-        Triple, Meta(description="initial offset of the hand from its goal, in the goal's frame, m")
+        Triple,
+        Most(NEAR_M),
+        Meta(description="initial offset of the hand from its goal, in the goal's frame, m"),
     ] = (0.0, 0.0, 0.0)
     start_turn_deg: Annotated[
         Triple, Meta(description="initial rotation vector of the hand in the goal's frame, degrees")

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
+from servoid.config.plausible import NEAR_M, OBJECT_MOST_M, REACH_M, Most
 from servoid.errors import SimError
 from servoid.sim.world.events.faults import Fault, Occlude, SimSettings
 from servoid.sim.world.lab_settings import IDEAL, LabSettings
@@ -29,6 +30,7 @@ class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
     ] = None
     mount_from_hand: Annotated[
         Seven,
+        Most(NEAR_M),
         Meta(description="the hand (x right, y down, z forward) on it: w, x, y, z, tx, ty, tz"),
     ] = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     speed: Annotated[
@@ -44,6 +46,7 @@ class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
     ] = None
     half_baseline: Annotated[
         Positive | None,
+        Most(NEAR_M),
         Meta(description="half the cameras' baseline in m; none: that of the shipped arm's file"),
     ] = None
     stop_torque: Annotated[
@@ -63,6 +66,7 @@ class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
     ] = None
     world_from_hand: Annotated[
         Seven | None,
+        Most(REACH_M),
         Meta(description="hand pose at the start, instead of angles: w, x, y, z, tx, ty, tz"),
     ] = None
 
@@ -79,10 +83,13 @@ class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
     ] = "bottle"
     radii: Annotated[
         tuple[Positive, Positive, Positive] | None,
+        Most(OBJECT_MOST_M),
         Meta(description="radii of the object ellipsoid along x, y, z in m; none: the paper's"),
     ] = None
     hand_from_object: Annotated[
-        Seven, Meta(description="its first pose before the hand: w, x, y, z, tx, ty, tz; Eq. 20")
+        Seven,
+        Most(NEAR_M),
+        Meta(description="its first pose before the hand: w, x, y, z, tx, ty, tz; Eq. 20"),
     ] = (1.0, 0.0, 0.0, 0.0, *BEFORE_HAND)
     path: Annotated[
         str,

@@ -1,6 +1,7 @@
 """Laws of objects and goals that are absurdly far away: they hold the hand, as NaN does."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from servo_loop import (
     still,
 )
 
+from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.pose.exact import Floats
 from servoid.servo import Controller, Eyes, Reason
@@ -124,3 +126,67 @@ def test_commands_are_finite_when_what_is_computed_is_not(
     assert commands[60].velocities.any() and not commands[-1].velocities.any()
     assert all(np.isfinite([*one.velocities, *one.twist]).all() for one in commands)
     assert commands[-1].holding == {reason}
+
+
+class InMillimetres(SerialArm):
+    """An arm whose program returns the hand and its velocity in millimetres."""
+
+    def world_from_hand(self, positions: Floats) -> Pose:
+        pose = super().world_from_hand(positions)
+        return Pose.from_parts([1000.0 * one for one in pose.translation], pose.quaternion)
+
+    def jacobian(self, positions: Floats) -> Floats:
+        return super().jacobian(positions) * np.array([1000.0] * 3 + [1.0] * 3)[:, None]
+
+
+def test_an_arm_in_millimetres_is_held() -> None:
+    right = SerialArm(read_arm(), PERIOD_S)
+    arm = InMillimetres(read_arm(), PERIOD_S, right.state().positions.tolist())
+    controller = Controller(arm)
+    for _ in range(30):
+        controller.see(None, FakeEstimate(arm.time_s, WORLD_FROM_OBJECT, confidence=1.0))
+        command = controller.command(arm.state(), GOAL_FROM_OBJECT)
+        arm.command(command.velocities)
+    assert command.holding == {Reason.BAD_STATE}
+    assert not command.velocities.any()
+
+
+def test_a_goal_in_millimetres_is_not_followed() -> None:
+    goal = Pose.from_parts([1000.0 * one for one in GOAL_FROM_OBJECT.translation], [1.0, 0, 0, 0])
+    loop = Loop(still(WORLD_FROM_OBJECT), goal=lambda _: goal)
+    ticks = loop.run(1.0)
+    hand = slice(0, loop.arm.joints.hand_count)
+    assert not any(tick.command.velocities[hand].any() for tick in ticks)
+    assert ticks[-1].command.holding == {Reason.NOT_FINITE}
+
+
+def test_an_object_in_millimetres_is_not_followed() -> None:
+    place = [1000.0 * one for one in WORLD_FROM_OBJECT.translation]
+    loop = Loop(still(Pose.from_parts(place, WORLD_FROM_OBJECT.quaternion)))
+    ticks = loop.run(2.0)
+    hand = slice(0, loop.arm.joints.hand_count)
+    assert not any(tick.command.velocities[hand].any() for tick in ticks)
+    assert ticks[-1].command.holding == {Reason.NOT_FINITE}
+
+
+def test_eyes_in_millimetres_are_refused() -> None:
+    class Wide(SerialArm):
+        @property
+        def eyes(self) -> Eyes:
+            return replace(self.true_eyes, **self.wrong)
+
+        @property
+        def true_eyes(self) -> Eyes:
+            eyes = super().eyes
+            assert eyes is not None
+            return eyes
+
+        wrong: ClassVar[dict[str, Any]] = {}
+
+    for wrong, words in (
+        ({"half_baseline": 60.0}, "half_baseline is 60 m, .* write 0.06"),
+        ({"hand_from_head": away(80.0)}, "hand_from_head is 80 m, and more than 10 m"),
+    ):
+        Wide.wrong = wrong
+        with pytest.raises(ServoError, match=words):
+            Controller(Wide(read_arm(), PERIOD_S))

@@ -41,7 +41,7 @@ def between(lower: np.ndarray, upper: np.ndarray) -> Window:
 
 
 FREE = HandSettings(
-    linear_speed=1e3, angular_speed=1e3, linear_acceleration=1e6, angular_acceleration=1e6
+    linear_speed=20.0, angular_speed=1e3, linear_acceleration=1e6, angular_acceleration=1e6
 )
 
 

@@ -6,8 +6,10 @@ from typing import Any
 from xml.etree import ElementTree
 
 from servoid.config.limits import ARM_FILE
+from servoid.config.plausible import REACH_M, implausible
 from servoid.config.reading import read_bytes
 from servoid.errors import SimError
+from servoid.pose import exact
 from servoid.sim.arm_file import EyeLimits
 from servoid.sim.world.arms.file_looks import file_visuals
 from servoid.sim.world.arms.head import add_head, head_visuals
@@ -49,6 +51,7 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
         body.name = body.name or f"servoid body {index}"
     mount, place = _mount(spec, model, settings)
     joints = _chain(spec, mount, settings.name)
+    _check_reach(model, mount, settings.name)
     home = _home(model, [joint.name for joint in joints])
     for joint in joints:
         is_off = urdf is None and joint.limited == load_mujoco().mjtLimited.mjLIMITED_FALSE
@@ -186,6 +189,17 @@ def _chain(spec: Any, mount: Any, name: str) -> list[Any]:
             f"there are {len(joints)}"
         )
     return joints
+
+
+def _check_reach(model: Any, mount: Any, name: str) -> None:
+    """Check that the links from the base to the mount are together as long as an arm can be."""
+    reach, body = 0.0, model.body(mount.name).id
+    while body > 0:
+        reach += exact.norm(model.body_pos[body])
+        body = model.body_parentid[body]
+    absurd = implausible(f"{name}: the length of the arm from link to link", reach, REACH_M)
+    if absurd is not None:
+        raise SimError(f"{absurd} and so on in the file")
 
 
 def _home(model: Any, joints: list[str]) -> tuple[float, ...]:

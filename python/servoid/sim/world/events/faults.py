@@ -5,6 +5,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from servoid.config.checked import Checked
+from servoid.config.plausible import NEAR_M, Most
 from servoid.errors import ServoidError, SimError
 
 Start = Annotated[float, Meta(ge=0.0, description="when it begins, after the path began")]
@@ -45,10 +46,14 @@ class Occlude(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True
     at_s: Start
     seconds: Length
     distance: Annotated[
-        float, Meta(gt=0.0, description="from the object towards where the hand started, in m")
+        float,
+        Most(NEAR_M),
+        Meta(gt=0.0, description="from the object towards where the hand started, in m"),
     ] = 0.2
     half_size: Annotated[
-        tuple[float, float], Meta(description="half the board's width and height in m")
+        tuple[float, float],
+        Most(NEAR_M),
+        Meta(description="half the board's width and height in m"),
     ] = (0.22, 0.18)
 
 
@@ -57,7 +62,9 @@ class Teleport(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     at_s: Start
     by: Annotated[
-        tuple[float, float, float], Meta(description="along the object's axes at its start, in m")
+        tuple[float, float, float],
+        Most(NEAR_M),
+        Meta(description="along the object's axes at its start, in m"),
     ] = (0.15, 0.0, 0.0)
     turn: Annotated[
         tuple[float, float, float], Meta(description="about those axes, a rotation vector in rad")

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from servoid.config.plausible import NEAR_M, implausible
 from servoid.errors import SimError
 from servoid.pose import Pose, exact
 from servoid.pose.exact import Floats
@@ -119,7 +120,8 @@ class Recorded:
         """Take the poses of an object in any frame, and their times.
 
         Raises:
-            SimError: there are fewer than two poses, or times and poses differ in number.
+            SimError: there are fewer than two poses, times and poses differ in number, or the path
+                leads away farther than an arm could follow.
 
         """
         if len(times_s) != len(poses) or len(poses) < 2:
@@ -133,6 +135,10 @@ class Recorded:
         first = poses[0].inverse()
         self._poses = [first @ pose for pose in poses]
         pairs = zip(self._poses, self._poses[1:], strict=False)
+        farthest = max(exact.norm(np.array(pose.translation)) for pose in self._poses)
+        absurd = implausible("the farthest point of a recorded path", farthest, NEAR_M)
+        if absurd is not None:
+            raise SimError(absurd)
         self._screws = [(before.inverse() @ after).log() for before, after in pairs]
 
     def start_from_object(self, time_s: float) -> Pose:
@@ -195,6 +201,9 @@ def _size_at_seconds(text: str, part: str) -> tuple[float, float]:
             f"the path '{text}' has '{part}' where metres and seconds belong; "
             "write two numbers above 0, as 0.15@10s"
         )
+    absurd = implausible(f"the size of the path '{text}'", values[0], NEAR_M)
+    if absurd is not None:
+        raise SimError(absurd)
     return values
 
 

@@ -1,0 +1,73 @@
+"""The largest lengths that are plausible; larger ones are probably in millimetres."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, get_args, get_origin
+
+from servoid.words import digits
+
+OBJECT_LEAST_M, OBJECT_MOST_M = 1e-3, 10.0
+"""The sizes of objects: others are reported, as their unit may be any."""
+
+FAR_M = 100.0
+"""The distance from cameras to what they measure, and from an arm to where it may go."""
+
+NEAR_M = 10.0
+"""Offsets between what is mounted on an arm or a rig, such as a tool or two cameras, and between a
+hand and an object that it follows."""
+
+REACH_M = 50.0
+"""The length of an arm."""
+
+SQUARE_M = 1.0
+"""The side of a square on a printed board."""
+
+
+@dataclass(frozen=True)
+class Most:
+    """Annotates a setting whose numbers are lengths, or speeds, of at most so much.
+
+    Numbers of a unit quaternion beside the lengths are always smaller.
+    """
+
+    most: float
+    unit: str = "m"
+
+
+def implausible(name: str, length: float, most: float, unit: str = "m") -> str | None:
+    """Return the message that refuses a length that is not plausible, else None."""
+    if not math.isfinite(length) or abs(length) <= most:
+        return None
+    return (
+        f"{name} is {digits(length)} {unit}, and more than {digits(most)} {unit} is not plausible; "
+        f"lengths are in metres: if it is in millimetres, write {digits(length / 1000.0)}"
+    )
+
+
+def implausible_setting(name: str, value: Any, kind: Any) -> str | None:
+    """Return the message that refuses a setting whose type has a `Most`, else None."""
+    limits = [part for part in get_args(kind)[1:] if isinstance(part, Most)]
+    if get_origin(kind) is not Annotated or not limits:
+        return None
+    faults = (implausible(name, one, limits[0].most, limits[0].unit) for one in _numbers(value))
+    return next((fault for fault in faults if fault is not None), None)
+
+
+def size_note(what: str, size_m: float) -> str | None:
+    """Report an object of a size that hardly any has; `what` names it, such as `the mesh`."""
+    if size_m > OBJECT_MOST_M:
+        cure = "if its unit is the millimetre, scale it by 0.001"
+    elif size_m < OBJECT_LEAST_M:
+        cure = "if its unit is the kilometre or the inch, scale it by 1000 or 0.0254"
+    else:
+        return None
+    return f"{what} is {digits(size_m)} m large; {cure}"
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    if isinstance(value, (list, tuple)):
+        for one in value:
+            yield from _numbers(one)
+    elif isinstance(value, (int, float)):
+        yield value

@@ -38,8 +38,12 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
     Two cameras are compared at the same instants, one camera at views of a static scene. Images
     that the two cameras have exchanged are reported first. Parallel cameras do not determine the
     focal length; their calibration is checked only if it `is_assumed`, and then only for being
-    parallel. One stationary camera determines nothing.
+    parallel. One stationary camera determines nothing. A principal point outside of the image, as
+    of a calibration for larger images, is reported without looking at them.
     """
+    outside = _outside(capture.cameras)
+    if outside is not None:
+        return outside
     matched = _pairs(capture)
     if len(capture.cameras) == 1:
         return _doubt_fit(list(matched), is_rig=False)
@@ -80,6 +84,20 @@ def _doubt_fit(pairs: Sequence[MatchedFeatures], *, is_rig: bool) -> str | None:
             f"the images contradict the poses of the cameras: features are {off_px:.1f} px "
             "from where the other image predicts them; calibrate again"
         )
+    return None
+
+
+def _outside(cameras: Sequence[CaptureCamera]) -> str | None:
+    """Report a camera whose principal point is not in its image."""
+    for camera in cameras:
+        lens = camera.lens
+        (u, v), (width, height) = lens.center_px, lens.size_px
+        if not (0.0 <= u <= width and 0.0 <= v <= height):
+            return (
+                f"the principal point of camera {camera.name}, ({digits(u)}, {digits(v)}) px, is "
+                f"outside of its image of {width}x{height} pixels: is the calibration that of "
+                "larger images, or are width and height exchanged? Calibrate for these images"
+            )
     return None
 
 

@@ -16,7 +16,7 @@ from servoid.capture.capture_file import (
     read_poses,
     read_versioned,
 )
-from servoid.config.places import check_held, check_inside
+from servoid.config.places import check_held, check_inside, path_of
 from servoid.errors import CaptureError
 from servoid.words import counted
 
@@ -35,7 +35,7 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
         PoseError: a pose is not a rigid motion.
 
     """
-    toml = _find_toml(Path(path))
+    toml = _find_toml(path_of(path, CaptureError))
     file, lenses = read_capture_file(toml, supplier)
     cameras = tuple(
         _list_camera(toml, entry, lens) for entry, lens in zip(file.camera, lenses, strict=True)

@@ -1,4 +1,4 @@
-"""Refuses outputs that a command would write over its own inputs."""
+"""Refuses outputs that a command would write over its own inputs, or over each other."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -15,16 +15,23 @@ Output = tuple[str, Path | None]
 def check_inputs_kept(
     outputs: Iterable[Output], source: SourceWord | None, inputs: Iterable[Path | None] = ()
 ) -> None:
-    """Check that no output is an input of the same command, or is linked to one.
+    """Check that no output is an input of the same command, or another output, also through links.
 
     Raises:
         OptionError: one is.
 
     """
     files = [path for path in inputs if path is not None]
+    written: list[tuple[str, Path]] = []
     for option, path in outputs:
         if path is None:
             continue
+        for other, there in written:
+            if is_same(path, there):
+                raise OptionError(
+                    f"{other} and {option} would both write {path}; give {option} another path"
+                )
+        written.append((option, path))
         if source is not None and belongs_to_source(path, source):
             is_all = any(is_same(path, place) for place in source.places)
             raise _refusal(option, path, "is SOURCE" if is_all else f"belongs to SOURCE '{source}'")

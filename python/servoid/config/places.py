@@ -1,9 +1,10 @@
 """Finds files that a capture names, and confines them to the capture's folder."""
 
+import os
 from collections.abc import Iterable
 from pathlib import Path, PureWindowsPath
 
-from servoid.errors import CaptureError
+from servoid.errors import CaptureError, ServoidError
 
 _LONGEST_NAME = 100  # bytes; file systems take 255, and names of files are made of these
 _SHOWN_NAME = 40  # characters in a message
@@ -25,6 +26,18 @@ def check_inside(name: str, place: str) -> None:
             f"{place}: '{name}' leaves the capture's folder; write it relative to that folder, "
             "without '..'"
         )
+
+
+def path_of(given: object, error: type[ServoidError]) -> Path:
+    """Return what a program gives as a path.
+
+    Raises:
+        error: it is no path.
+
+    """
+    if not isinstance(given, (str, os.PathLike)):
+        raise error(f"a path must be a text or a pathlib.Path, but {given!r:.60} was given")
+    return Path(os.fspath(given))
 
 
 def name_fault(name: str) -> str | None:

@@ -111,6 +111,8 @@ def fit(
         ImageError, MaskError: a file of a view cannot be used, or images do not fit the views.
 
     """
+    if not isinstance(views, slice):
+        raise ModelError(f"views must be a slice, such as slice(0, None, 2), but is {views!r:.60}")
     request = Request(
         max_ellipsoids=max_ellipsoids, delta=delta, seed=seed, threads=threads, progress=progress
     )
@@ -253,6 +255,11 @@ def _of_capture(
     views: Sequence[CaptureView] | Sequence[View], images: Sequence[NDArray[np.uint8]] | None
 ) -> Sequence[CaptureView]:
     """Return views of a capture; convert views of arrays, with their images."""
+    if not isinstance(views, Sequence):
+        raise ModelError(
+            f"views must be a list of views, but are of type {type(views).__name__}; a capture is "
+            "modelled by servoid.model.fit_capture(capture), or by the list capture.views()"
+        )
     of_files = [view for view in views if isinstance(view, CaptureView)]
     of_arrays = [view for view in views if isinstance(view, View)]
     if of_arrays and len(of_arrays) == len(views):

@@ -105,6 +105,11 @@ def parse_source(text: str) -> SourceWord:
         CaptureError: nothing of that name exists, or servoid cannot open it.
 
     """
+    if not text.strip():
+        raise CaptureError(
+            "SOURCE is empty, as that of a variable that was not set; name it, or write . for the "
+            "present folder"
+        )
     if text.startswith(_HALVES):
         inner = parse_source(text.removeprefix(_HALVES))
         if inner.kind not in _HALVED or inner.halves:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Body, Pose
 from servoid.config.limits import BODY_FILE
+from servoid.config.places import path_of
 from servoid.config.reading import read_json
 from servoid.config.strict import check_version, convert
 from servoid.errors import BodyError, located
@@ -192,7 +193,7 @@ def load_body(path: str | Path) -> BodyFile:
 
     """
     place = str(path)
-    data = read_json(Path(path), BodyError, BODY_FILE)
+    data = read_json(path_of(path, BodyError), BodyError, BODY_FILE)
     check_version(data, place, BodyError, "bodies")
     if data.get("units", "m") != "m":
         raise BodyError(

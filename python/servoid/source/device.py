@@ -73,7 +73,7 @@ def opened(
             return video
     video = _by_opencv(name, device, size_px)
     is_webcam = isinstance(device, int) or device.startswith(_DEVICE_FILE)
-    if not is_webcam and _may_be_stored(device):
+    if isinstance(device, str) and not is_webcam and _may_be_stored(device):
         return _paced(video)
     if controls is None or not is_webcam:
         return video
@@ -112,15 +112,16 @@ def _may_be_stored(device: str) -> bool:
     return not is_address and _PIPELINE not in device
 
 
-def _paced(video: Video) -> Video:
+def _paced(video: "Video | cv2.VideoCapture") -> Video:
     """Return a video of OpenCV that is recorded so that it plays at its own rate, others as is.
 
     OpenCV would deliver its images as fast as it decodes them.
     """
     import cv2
 
-    is_recorded = isinstance(video, cv2.VideoCapture) and video.get(cv2.CAP_PROP_FRAME_COUNT) > 0
-    return FilmVideo(video) if is_recorded else video
+    if isinstance(video, cv2.VideoCapture) and video.get(cv2.CAP_PROP_FRAME_COUNT) > 0:
+        return FilmVideo(video)
+    return video
 
 
 def is_stream(device: Device) -> bool:

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from os import PathLike, fspath
 from types import TracebackType
 from typing import Annotated, Any
 
@@ -43,6 +44,31 @@ class LiveCamera:
     lens: Lens
     rig_from_camera: Pose
     controls: Controls | None = None
+
+    def __post_init__(self) -> None:
+        """Check what is not a number; a path as the device is the name of its file.
+
+        Raises:
+            CaptureError: a member is of another type.
+
+        """
+        if isinstance(self.device, PathLike):
+            object.__setattr__(self, "device", fspath(self.device))
+        for name, value, kind, what in (
+            ("name", self.name, str, "a text"),
+            (
+                "device",
+                self.device,
+                int | str | Video,
+                "a number, a text, or an object with grab, retrieve and release",
+            ),
+            ("lens", self.lens, Lens, "a servoid.camera.Lens"),
+            ("rig_from_camera", self.rig_from_camera, Pose, "a servoid.pose.Pose"),
+        ):
+            if not isinstance(value, kind):
+                raise CaptureError(
+                    f"LiveCamera.{name} must be {what}, but is of type {type(value).__name__}"
+                )
 
 
 class LiveSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -102,6 +128,12 @@ class Live:
         """
         if not cameras:
             raise CaptureError("there is no camera; give at least one")
+        other = next((one for one in cameras if not isinstance(one, LiveCamera)), None)
+        if other is not None:
+            raise CaptureError(
+                f"Live takes a list of LiveCamera, but it holds {other!r:.60}; servoid.opening."
+                "open_live opens what the command line takes, such as 0"
+            )
         self._rig = tuple(
             MountedCamera(camera.name, camera.lens, camera.rig_from_camera) for camera in cameras
         )

@@ -136,3 +136,24 @@ def test_a_focal_length_that_photographs_contradict_is_told(name: str, share: fl
     capture = open_capture(DATA / name)
     doubt = doubt_calibration(with_focal(capture, share))
     assert named_px(doubt) == pytest.approx(capture.cameras[0].lens.focal_px[0], rel=0.03)
+
+
+@pytest.mark.parametrize("center_px", [(640.0, 120.0), (160.0, 480.0), (-1.0, 10.0)])
+def test_a_principal_point_outside_of_the_image_is_told(
+    center_px: tuple[float, float], tmp_path: Path
+) -> None:
+    capture = write_pair(tmp_path, toed_in(8.0), toed_in(8.0))
+    cameras = []
+    for camera in capture.cameras:
+        known = camera.lens
+        lens = Lens(
+            model=known.model,
+            size_px=known.size_px,
+            focal_px=known.focal_px,
+            center_px=center_px,
+            distortion=known.distortion,
+        )
+        cameras.append(replace(camera, lens=lens))
+    doubt = doubt_calibration(replace(capture, cameras=tuple(cameras)))
+    assert doubt is not None and doubt.startswith("the principal point of camera left, (")
+    assert "is outside of its image of" in doubt

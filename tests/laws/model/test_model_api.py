@@ -11,7 +11,7 @@ from scenes_model import drawn_figures, model_drawn
 import servoid
 from conftest import Drawing
 from servoid.capture import CaptureView, open_capture
-from servoid.errors import ModelError
+from servoid.errors import BodyError, CaptureError, ModelError
 from servoid.model import ModelResult, ModelSettings, Progress, Request, fit_capture
 
 
@@ -220,3 +220,16 @@ def test_settings_out_of_range_are_refused(
 ) -> None:
     with pytest.raises(ModelError, match=next(iter(settings))):
         servoid.model.fit(views, **settings)
+
+
+def test_what_are_no_views_is_refused_in_words(drawn_capture: Path) -> None:
+    capture = open_capture(drawn_capture)
+    for wrong in (capture, iter(capture.views())):
+        with pytest.raises(ModelError, match=r"servoid\.model\.fit_capture\(capture\), or by"):
+            servoid.model.fit(wrong)  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match=r"views must be a slice, .* but is 3"):
+        servoid.model.fit(capture.views(), views=3)  # type: ignore[arg-type]
+    with pytest.raises(CaptureError, match=r"a path must be a text or a pathlib.Path, but None"):
+        open_capture(None)  # type: ignore[arg-type]
+    with pytest.raises(BodyError, match=r"a path must be a text or a pathlib.Path, but 3 was"):
+        servoid.shape.load_body(3)  # type: ignore[arg-type]

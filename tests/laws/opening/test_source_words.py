@@ -94,6 +94,8 @@ def test_several_files_are_written_in_one_word(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("none.mp4", "there is no none.mp4; SOURCE is a capture .* sim:WORLD, or a rig.toml"),
+        ("", "SOURCE is empty, as that of a variable that was not set; name it, or write ."),
+        (" ", "SOURCE is empty"),
         ("a.mp4+b.mp4", "there is no video a.mp4"),
         ("none/*.png", "'none/\\*.png' matches no image"),
         ("ftp://here/film.mp4", "servoid cannot open ftp:// address"),

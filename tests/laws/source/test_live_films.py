@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from played_sources import SIZE_PX, rig
 
+from servoid.errors import CaptureError
 from servoid.source import Instant, Live, Video
 
 RATE_HZ, COUNT = 20.0, 12
@@ -95,3 +97,17 @@ def test_images_of_a_film_that_nobody_was_in_time_for_are_missing(tmp_path: Path
     notices = [notice for one in found for notice in one.notices]
     assert any("images are missing before this one" in notice for notice in notices)
     assert found[-1].time_s - found[0].time_s == pytest.approx((COUNT - 1) / RATE_HZ, abs=0.11)
+
+
+def test_a_camera_of_other_things_than_a_camera_has_is_refused(tmp_path: Path) -> None:
+    (camera,) = rig(str(tmp_path / "film.avi"))
+    for wrong, words in (
+        ({"device": None}, "LiveCamera.device must be a number, .* but is of type NoneType"),
+        ({"lens": "phone"}, "LiveCamera.lens must be a servoid.camera.Lens, but is of type str"),
+        ({"rig_from_camera": np.eye(4)}, "rig_from_camera must be a .*Pose, but .* ndarray"),
+    ):
+        with pytest.raises(CaptureError, match=words):
+            replace(camera, **wrong)  # type: ignore[arg-type]
+    with pytest.raises(CaptureError, match=r"a list of LiveCamera, but it holds 0; .*open_live"):
+        Live([0])  # type: ignore[list-item]
+    assert replace(camera, device=tmp_path).device == str(tmp_path)  # type: ignore[arg-type]

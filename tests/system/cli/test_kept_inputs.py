@@ -1,4 +1,4 @@
-"""Laws of outputs that are inputs of the same command."""
+"""Laws of outputs that are inputs, or other outputs, of the same command."""
 
 import shutil
 from pathlib import Path
@@ -52,9 +52,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (("export", "cup.json", "--to", "obj", "--out", "cup.json"), "cup.json"),
         (("servo", "--config", "run/run.toml", "--out", "run"), "--out"),
         (("servo", "--path", "recorded:run/log.csv", "--out", "run"), "run/log.csv"),
+        (("model", "capture", "--out", "b.json", "--report", "b.json"), "--out and --report"),
+        (("track", "capture", *CUP, "--out", "p.csv", "--report", "p.csv"), "--out and --report"),
     ],
 )
-def test_an_output_that_the_command_reads_is_refused_and_unchanged(
+def test_an_output_that_the_command_reads_or_writes_twice_is_refused_and_unchanged(
     command: tuple[str, ...], named: str, folder: Path, servoid_command: Command
 ) -> None:
     (folder / "run").mkdir()

@@ -12,7 +12,7 @@ import numpy as np
 from servoid._native import Lens, Pose
 from servoid.camera.images import Recorded
 from servoid.capture.capture import Capture, CaptureCamera
-from servoid.capture.exchanged import exchange_note
+from servoid.capture.exchanged import exchange_note, repeated_note
 from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
 from servoid.pose import exact
 from servoid.pose.exact import Floats
@@ -49,6 +49,9 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
         return _doubt_fit(list(matched), is_rig=False)
     first, second = capture.cameras[:2]
     names = first.name, second.name
+    repeated = _repeated(first, second)
+    if repeated is not None:
+        return repeated
     if not (is_assumed or _constrains_focal(_second_from_first(first, second))):
         return exchange_note(names, matched)
     pairs = list(matched)
@@ -98,6 +101,19 @@ def _outside(cameras: Sequence[CaptureCamera]) -> str | None:
                 f"outside of its image of {width}x{height} pixels: is the calibration that of "
                 "larger images, or are width and height exchanged? Calibrate for these images"
             )
+    return None
+
+
+def _repeated(one: CaptureCamera, other: CaptureCamera) -> str | None:
+    """Report two cameras whose first images are equal."""
+    for pictures in zip(one.pictures, other.pictures, strict=True):
+        if pictures[0] is not None and pictures[1] is not None:
+            both = [
+                PosedPicture(picture, camera.lens, Recorded(camera.lens.size_px))
+                for picture, camera in zip(pictures, (one, other), strict=True)
+                if picture is not None
+            ]
+            return repeated_note((one.name, other.name), both[0], both[1])
     return None
 
 

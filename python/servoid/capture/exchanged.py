@@ -1,4 +1,4 @@
-"""Finds pairs of cameras whose images are exchanged: the left one shows what the right one saw.
+"""Finds pairs of cameras whose images are exchanged, or are all those of one camera.
 
 What a pair sees is in front of both cameras. With exchanged images the disparity has the wrong
 sign, so that features lie behind the cameras, and in front of them if the images change places.
@@ -11,7 +11,7 @@ import numpy as np
 from servoid._native import Lens
 from servoid.capture.capture import CaptureView
 from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
-from servoid.errors import CameraError
+from servoid.errors import CameraError, CaptureError, ImageError
 from servoid.pose import exact
 from servoid.pose.exact import Floats
 
@@ -44,14 +44,38 @@ def exchange_note(names: tuple[str, str], pairs: Iterable[MatchedFeatures]) -> s
     )
 
 
+def repeated_note(names: tuple[str, str], one: PosedPicture, other: PosedPicture) -> str | None:
+    """Return a message if two named images are equal to the last pixel, else None.
+
+    The noise of two cameras differs, even where they look at the same thing from one place.
+    """
+    if one.lens.size_px != other.lens.size_px:
+        return None
+    try:
+        first, second = (
+            each.picture.read(each.recorded.size_px, each.recorded.by) for each in (one, other)
+        )
+    except (CaptureError, ImageError):
+        return None
+    if first.min() == first.max() or not np.array_equal(first, second):
+        return None
+    return (
+        f"the images of {names[0]} and {names[1]} are the same to the last pixel, and not those "
+        "of two cameras; give each camera its own images"
+    )
+
+
 def check_not_exchanged(view: CaptureView, other: CaptureView) -> None:
     """Check that two views of one instant show what their cameras see.
 
     Raises:
-        CameraError: their images are exchanged.
+        CameraError: their images are exchanged, or are one and the same.
 
     """
     one, two = (PosedPicture(each.picture, each.lens, each.recorded) for each in (view, other))
+    repeated = repeated_note((view.name, other.name), one, two)
+    if repeated is not None:
+        raise CameraError(repeated)
     pair = match_features(one, two, other.world_from_lens.inverse() @ view.world_from_lens)
     note = None if pair is None else exchange_note((view.name, other.name), [pair])
     if note is not None:

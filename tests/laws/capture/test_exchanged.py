@@ -1,5 +1,6 @@
 """Images that the two cameras of a pair have exchanged are noticed, and only those."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,24 @@ def test_a_pair_with_exchanged_poses_is_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(CameraError, match="are exchanged"):
         fit_capture(replace(capture, cameras=poses), Request(max_ellipsoids=1))
+
+
+def test_a_camera_with_the_images_of_the_other_is_named(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    folder = Pair().write(tmp_path / "pair")
+    capture = open_capture(folder)
+    assert doubt_calibration(capture) is None
+    a, b = capture.cameras
+    doubt = doubt_calibration(replace(capture, cameras=(a, replace(b, pictures=a.pictures))))
+    assert doubt is not None
+    assert doubt.startswith("the images of left and right are the same to the last pixel")
+    shutil.rmtree(folder / "right")
+    shutil.copytree(folder / "left", folder / "right")
+    check_refused(
+        servoid_command, tmp_path, r"the images of left/0000 and right/0000 are the same to the",
+        "model", folder, "--out", tmp_path / "body.json",
+    )  # fmt: skip
 
 
 @pytest.mark.extended

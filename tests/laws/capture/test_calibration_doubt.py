@@ -155,5 +155,5 @@ def test_a_principal_point_outside_of_the_image_is_told(
         )
         cameras.append(replace(camera, lens=lens))
     doubt = doubt_calibration(replace(capture, cameras=tuple(cameras)))
-    assert doubt is not None and doubt.startswith("the principal point of camera left, (")
+    assert doubt is not None and doubt.startswith("the principal point of camera one, (")
     assert "is outside of its image of" in doubt

@@ -125,9 +125,6 @@ impl Tracker {
         // The last pose says nothing about the current motion.
         self.status = Status::Searching;
         self.accept_or_miss(observation.time_s, &found, &hypothesis, self.settings.trusted);
-        if self.status == Status::Tracking {
-            self.doubt_turn(observation, &found);
-        }
         let estimate = self.estimate(observation, &hypothesis);
         // Even if it is not trusted, the best guess is better than the last pose.
         let timing = clock.timing();

@@ -19,7 +19,7 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
 use super::target::solid::Solid;
-use super::trust::{ADRIFT_RAD, CLEAR, Trust, is_turn_reliable, shows_turn};
+use super::trust::{CLEAR, Trust, is_turn_reliable, shows_turn};
 use super::update::detect::Cells;
 use super::update::growth::Evolving;
 use crate::camera::{Camera, Observation};
@@ -152,7 +152,6 @@ impl Tracker {
         self.accept_or_miss(observation.time_s, &expected, &hypothesis, least);
         self.note_newest(observation);
         if self.status == Status::Tracking {
-            self.doubt_turn(observation, &hypothesis.pose);
             self.compare_depths(observation, &hypothesis.pose);
             self.workspace.occlusion.remember();
         } else {
@@ -304,14 +303,19 @@ impl Tracker {
         // The best of all wrong poses may fit sharply, but says nothing of the object's.
         let measured = if followed { hypothesis.normal } else { Normal::new(radius) };
         let known = uncertainty(&measured, radius);
+        if followed {
+            self.doubt_turn(observation, &hypothesis.pose);
+        }
         let evidence = self.evidence(&hypothesis.quality, &known.covariance);
         let located = followed && self.is_located(&hypothesis.quality);
         let shows = shows_turn(&evidence, self.printed(&hypothesis.quality))
             && self.is_finely_patterned(&hypothesis.quality)
             && self.believes_relief(&hypothesis.quality);
-        let is_reliable = located && shows && is_turn_reliable(&evidence);
+        let most_drift = self.trust.most_drift(self.target.relief.is_open);
+        let is_reliable = located && shows && is_turn_reliable(&evidence, most_drift);
+        self.trust.is_oriented = is_reliable;
         if located && !is_reliable {
-            let adrift = shows && !evidence.drifts_little(ADRIFT_RAD);
+            let adrift = shows && !evidence.drifts_little(most_drift);
             let degrees = evidence.drift_rad.to_degrees();
             let notice = if adrift { Notice::Drifted { degrees } } else { Notice::TurnOpen };
             self.frame.notices.push(notice);

@@ -8,7 +8,6 @@ use nalgebra::{Matrix6, Vector6};
 
 use crate::camera::Observation;
 use crate::pose::Pose;
-use crate::track::adjust::TOGETHER;
 use crate::track::estimate::Notice;
 use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::uncertainty::uncertainty;
@@ -32,6 +31,10 @@ const CLOSED: (f64, f64) = (0.03, 0.25);
 const STRAYS: f64 = 3.0;
 /// Part of the object's radius by which the position drifts per radian of the orientation.
 const PLACE: f64 = 0.2;
+/// Factor of the orientation's standard deviation by the noise of an image in which a single camera
+/// cannot tell it from relief, as errors of points are correlated; and the part of its variance that
+/// is left after another image, as they last.
+const NOISE: (f64, f64) = (7.0, 0.9);
 /// Images between two searches for a rival pose.
 const RIVAL_EVERY: usize = 4;
 /// Most images between two searches for a rival pose while the share stays low.
@@ -46,12 +49,17 @@ impl Tracker {
         let known = points.drift_seen(&self.workspace.matches, &hypothesis.toward, slip * slip);
         let lost = FOUND_RAD * FOUND_RAD;
         let drift = known.unwrap_or(points.drift_variance + foreseen.unwrap_or(lost));
-        if self.target.relief.is_open {
+        let (together, lasting) = NOISE;
+        points.noise_variance *= lasting;
+        let relief = &mut self.target.relief;
+        if relief.is_open || points.are_from_body(&self.workspace.matches) {
             let known = uncertainty(&hypothesis.normal, radius).covariance;
-            // A relief estimated from motion may be a similar-looking wrong one, and cannot confirm
-            // itself.
-            let turn = known.fixed_view::<3, 3>(3, 3).trace();
-            points.noise_variance = points.noise_variance.max(TOGETHER.powi(2) * turn);
+            let noise = known.fixed_view::<3, 3>(3, 3).trace();
+            relief.note_noise(noise);
+            // A relief that is a guess, or estimated from motion, cannot confirm itself.
+            if relief.adds_noise() {
+                points.noise_variance = points.noise_variance.max(together.powi(2) * noise);
+            }
         }
         // Where much is missed, an apparently known side may be another one.
         let is_clear = hypothesis.quality.share >= CLEAR;
@@ -63,11 +71,8 @@ impl Tracker {
     pub(crate) fn doubt_turn(&mut self, observation: &Observation<'_>, pose: &Pose) {
         let Target { points, relief, .. } = &mut self.target;
         let is_guess = points.are_from_body(&self.workspace.matches);
-        let now = object_from_camera(observation, pose);
-        if relief.given().is_none() {
-            relief.begin(now);
-        }
-        points.relief_variance = if is_guess { relief.turn_variance(&now) } else { 0.0 };
+        let variance = relief.turn_variance(object_from_camera(observation, pose));
+        points.relief_variance = if is_guess { variance } else { 0.0 };
     }
 
     /// Where sides are seen that are known better than those followed, turns back what was learned
@@ -110,7 +115,8 @@ impl Tracker {
 
     /// Returns the variance of the orientation with which a new point is learned.
     pub(crate) fn drift_of_new_points(&self) -> f64 {
-        self.target.points.drift_variance + (STRAYS * self.motion.turn_sd()).powi(2)
+        let points = &self.target.points;
+        points.drift_variance + points.noise_variance + (STRAYS * self.motion.turn_sd()).powi(2)
     }
 
     /// Returns the covariance of a pose due to drift, in the object's frame.

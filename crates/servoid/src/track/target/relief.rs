@@ -17,6 +17,17 @@ const DENIED: f64 = 0.6;
 /// Deviation of points from the body's surface, rms in standard deviations over those that
 /// keyframes saw together, up to which these confirm the body.
 const CONFIRMED: f64 = 0.5;
+/// Standard deviation of the orientation by the noise of an image, in radians, from which on it may
+/// be the body that decides it, and the least ratio of it to the usual one.
+const UNCLEAR: (f64, f64) = (0.014, 3.0);
+/// Images in a row in which that must be so, where keyframes confirm the body.
+const LASTS: usize = 5;
+/// The ratio from which on the noise adds to the drift of the orientation.
+const NOISY: f64 = 2.0;
+/// Weight of the newest image in the usual noise, and the ratio of its standard deviation to that up
+/// to which it counts.
+const RATE: f64 = 0.05;
+const ALIKE: f64 = 1.5;
 
 /// Whether points are still assumed to lie on the body's surface.
 #[derive(Debug, Clone, Copy)]
@@ -27,11 +38,17 @@ pub(crate) struct Relief {
     misfit: Option<f64>,
     /// Orientation of the first camera, in the object's frame, at the given pose.
     given: Option<UnitQuaternion<f64>>,
+    /// Usual variance of the orientation by the noise of an image, and whether the last image's was
+    /// larger.
+    usual_noise: Option<f64>,
+    is_noisy: bool,
+    /// Images in a row that were so much larger that it may be the body that decides the orientation.
+    unclear: usize,
 }
 
 impl Relief {
     pub(crate) fn new(is_open: bool) -> Self {
-        Self { is_open, misfit: None, given: None }
+        Self { is_open, misfit: None, given: None, usual_noise: None, is_noisy: false, unclear: 0 }
     }
 
     /// Stores the orientation of the first camera, in the object's frame, at the given pose.
@@ -39,17 +56,41 @@ impl Relief {
         self.given = Some(object_from_camera);
     }
 
-    /// Returns that orientation.
-    pub(crate) fn given(&self) -> Option<UnitQuaternion<f64>> {
-        self.given
-    }
-
     /// Returns the variance of the orientation that a relief leaves which nothing confirms: one
     /// that is too flat or too deep turns too far or too little. It grows with the rotation of the
-    /// first camera, in the object's frame, since the pose was given.
-    pub(crate) fn turn_variance(&self, object_from_camera: &UnitQuaternion<f64>) -> f64 {
-        let turned = self.given.map_or(0.0, |given| given.angle_to(object_from_camera));
+    /// first camera, in the object's frame, since the pose was given, at the latest now.
+    pub(crate) fn turn_variance(&mut self, object_from_camera: UnitQuaternion<f64>) -> f64 {
+        let given = *self.given.get_or_insert(object_from_camera);
+        let turned = given.angle_to(&object_from_camera);
         if self.is_open || self.is_confirmed() { 0.0 } else { (TURNS_OFF * turned).powi(2) }
+    }
+
+    /// Notes the variance of the orientation by the noise of an image.
+    pub(crate) fn note_noise(&mut self, turn_variance: f64) {
+        let usual = *self.usual_noise.get_or_insert(turn_variance);
+        let (least, factor) = UNCLEAR;
+        self.is_noisy = turn_variance > NOISY * NOISY * usual;
+        let is_unclear = turn_variance > (least * least).max(factor * factor * usual);
+        self.unclear = if is_unclear { self.unclear + 1 } else { 0 };
+        if turn_variance < ALIKE * ALIKE * usual {
+            self.usual_noise = Some(usual + RATE * (turn_variance - usual));
+        }
+    }
+
+    /// Returns whether the noise of the last image counts as drift: where distances come from motion,
+    /// or the image determined the orientation worse than others.
+    pub(crate) fn adds_noise(&self) -> bool {
+        self.is_open || self.is_noisy
+    }
+
+    /// Returns whether the last images determined the orientation so badly that the body decides it:
+    /// of a flat side that faces the camera, a little more relief is the same image as a tilt.
+    /// `is_clear` states whether nothing hides the object, which has the same effect, whatever its
+    /// relief: one that keyframes confirm is not doubted for that.
+    pub(crate) fn decides_turn(&self, is_clear: bool) -> bool {
+        let is_undecided =
+            if self.is_confirmed() { is_clear && self.unclear >= LASTS } else { self.unclear > 0 };
+        is_undecided && !self.is_open
     }
 
     /// Stores the deviation of points from the body by keyframes: only once, as it grows with what
@@ -114,17 +155,53 @@ mod tests {
     fn the_farther_an_object_turned_the_less_its_turn_is_known_unless_keyframes_confirm_the_body() {
         let turned = |angle: f64| UnitQuaternion::from_euler_angles(angle, 0.0, 0.0);
         let mut guess = Relief::new(false);
-        assert!(guess.turn_variance(&turned(1.0)) == 0.0, "no pose was given");
+        assert!(guess.turn_variance(turned(1.0)) == 0.0, "no pose was given");
         guess.begin(turned(0.1));
         let mut before = 0.0;
         for step in 1..20 {
-            let variance = guess.turn_variance(&turned(0.1 + 0.1 * f64::from(step)));
+            let variance = guess.turn_variance(turned(0.1 + 0.1 * f64::from(step)));
             assert!(variance > before, "{step}");
             before = variance;
         }
-        assert!(guess.turn_variance(&turned(0.1)) < 1e-12, "the given side is seen again");
+        assert!(guess.turn_variance(turned(0.1)) < 1e-12, "the given side is seen again");
         guess.measure(Some(0.9 * CONFIRMED));
-        assert!(guess.turn_variance(&turned(1.0)) == 0.0);
+        assert!(guess.turn_variance(turned(1.0)) == 0.0);
+    }
+
+    #[test]
+    fn an_image_that_determines_the_turn_much_worse_than_others_leaves_it_to_the_body() {
+        let (least, factor) = UNCLEAR;
+        let mut relief = Relief::new(false);
+        for _ in 0..100 {
+            relief.note_noise((0.2 * least).powi(2));
+            assert!(!relief.decides_turn(true) && !relief.adds_noise());
+        }
+        relief.note_noise((0.9 * least).powi(2));
+        assert!(!relief.decides_turn(true) && relief.adds_noise(), "it is noise, but little");
+        for _ in 0..100 {
+            relief.note_noise((1.1 * least).powi(2));
+            assert!(relief.decides_turn(true), "a while of it does not make it usual");
+            assert!(relief.decides_turn(false) && relief.adds_noise());
+        }
+        let mut always = Relief::new(false);
+        for _ in 0..100 {
+            always.note_noise((0.5 * factor * least).powi(2));
+            assert!(!always.decides_turn(true), "an object that is always seen like that");
+        }
+    }
+
+    #[test]
+    fn a_body_that_keyframes_confirm_is_doubted_only_if_it_stays_so_and_nothing_hides_the_object() {
+        let mut relief = Relief::new(false);
+        relief.measure(Some(0.5 * CONFIRMED));
+        relief.note_noise(1e-8);
+        for image in 1..=2 * LASTS {
+            relief.note_noise(1.0);
+            assert_eq!(relief.decides_turn(true), image >= LASTS);
+            assert!(!relief.decides_turn(false));
+        }
+        relief.note_noise(1e-8);
+        assert!(!relief.decides_turn(true));
     }
 
     #[test]

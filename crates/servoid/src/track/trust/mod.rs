@@ -78,9 +78,9 @@ pub(super) fn shows_turn(evidence: &Evidence, printed: f64) -> bool {
     is_patterned && evidence.recognised >= FEW_RECOGNISED && evidence.share >= ORIENTED
 }
 
-/// Returns whether an orientation that the images show is likely, and hardly drifted.
-pub(super) fn is_turn_reliable(evidence: &Evidence) -> bool {
-    evidence.drifts_little(ADRIFT_RAD) && evidence.probability() >= LIKELY
+/// Returns whether an orientation that the images show is likely, and drifted little.
+pub(super) fn is_turn_reliable(evidence: &Evidence, most_rad: f64) -> bool {
+    evidence.drifts_little(most_rad) && evidence.probability() >= LIKELY
 }
 
 /// Returns whether an object showed so little of a pattern, in so many cameras, that its surface
@@ -146,11 +146,12 @@ impl Tracker {
     }
 
     /// From now on estimates distances from motion alone, if a single camera is about to lose the
-    /// object and the body's shape may be the cause.
+    /// object by the body's shape, or if that decides the orientation.
     pub(super) fn doubt_relief(&mut self, quality: &Quality) {
         let Target { relief, points, reference, solid, .. } = &mut self.target;
         let is_denied = relief.is_denied(quality.share, reference.share);
-        if is_denied && points.are_from_body(&self.workspace.matches) {
+        let decides = relief.decides_turn(quality.visible >= CLEAR);
+        if (is_denied || decides) && points.are_from_body(&self.workspace.matches) {
             relief.is_open = true;
             points.open(solid.radius);
         }
@@ -187,8 +188,7 @@ impl Tracker {
         }
     }
 
-    /// Returns whether a pose that is followed needs no proof: it did not jump, or everything fits
-    /// where it landed.
+    /// Returns whether a pose that is followed needs no proof: it did not jump, or all fits there.
     pub(super) fn is_landed(&self, expected: &Pose, hypothesis: &Hypothesis) -> bool {
         hypothesis.quality.share >= SAFE || !self.has_jumped(expected, &hypothesis.pose)
     }
@@ -281,7 +281,7 @@ pub(crate) mod tests {
     fn reliable(tracker: &Tracker, quality: &Quality, turn_rad: f64) -> bool {
         let now = Matrix6::identity() * (turn_rad * turn_rad);
         let evidence = tracker.evidence(quality, &now);
-        shows_turn(&evidence, tracker.printed(quality)) && is_turn_reliable(&evidence)
+        shows_turn(&evidence, tracker.printed(quality)) && is_turn_reliable(&evidence, ADRIFT_RAD)
     }
 
     #[test]

@@ -1,4 +1,4 @@
-use super::CLEAR;
+use super::{ADRIFT_RAD, CLEAR};
 use crate::track::estimate::Status;
 use crate::track::pose::verify::Quality;
 use crate::track::target::reference::Reference;
@@ -21,6 +21,10 @@ const PROVING_SHARES: (f64, f64) = (0.92, 0.5);
 const RECOGNISABLE: (f64, f64, f64) = (0.75, 0.8, 40.0);
 /// Share that proves an object seen for the first time, by an appearance learned elsewhere.
 const FOUND: f64 = 0.85;
+/// Part of the drift up to which the orientation is reported, up to which it is again after more
+/// drift, where distances come from motion alone: a mirrored tilt often appears to drift just less
+/// than that.
+const REGAINED: f64 = 0.8;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
 
@@ -38,6 +42,8 @@ pub(in crate::track) struct Trust {
     /// Whether it was ever proved: only then may it have turned, while unseen, to a side that looks
     /// like a known one.
     pub(super) confirmed: bool,
+    /// Whether the orientation was reported last.
+    pub(in crate::track) is_oriented: bool,
     /// Images since the orientation was last known well.
     pub(in crate::track) adrift: usize,
     /// Images since as much of it as usual was seen.
@@ -109,6 +115,12 @@ impl Trust {
         let textured = (part * reference.textured).max(many);
         self.proved |= quality.share >= share && quality.textured >= textured;
         self.confirmed |= self.proved;
+    }
+
+    /// Returns the standard deviation of the orientation's drift up to which it is reported, in
+    /// radians; `is_open` states whether distances come from motion alone.
+    pub(in crate::track) fn most_drift(&self, is_open: bool) -> f64 {
+        if is_open && !self.is_oriented { REGAINED * ADRIFT_RAD } else { ADRIFT_RAD }
     }
 
     /// Begins a cooldown, which ends after some clear images.

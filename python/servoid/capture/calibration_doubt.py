@@ -95,7 +95,7 @@ def _outside(cameras: Sequence[CaptureCamera]) -> str | None:
     for camera in cameras:
         lens = camera.lens
         (u, v), (width, height) = lens.center_px, lens.size_px
-        if not (0.0 <= u <= width and 0.0 <= v <= height):
+        if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):
             return (
                 f"the principal point of camera {camera.name}, ({digits(u)}, {digits(v)}) px, is "
                 f"outside of its image of {width}x{height} pixels: is the calibration that of "

@@ -119,7 +119,9 @@ def fit(
     small, note = shrunk(_of_capture(capture_views, images))
     used, unused = divide(small, views)
     result = fit_views(used, unused, NO_RANGE_SAMPLES, request)
-    notes = [one for one in (note, far_note(result.body, result.native_used)) if one is not None]
+    is_metric = not any(isinstance(one, CaptureView) for one in capture_views)
+    far = far_note(result.body, result.native_used) if is_metric else None
+    notes = [one for one in (note, far) if one is not None]
     return replace(result, notes=(*result.notes, *notes))
 
 

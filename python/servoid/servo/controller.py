@@ -164,17 +164,21 @@ class Controller:
             return self._hold(now, None, holding)
         target = self._target.predict(state.time_s)
         speed_scale = self._supervisor.speed_scale()
-        if not holding and speed_scale == 1.0:
+        is_absurd = not _is_reachable(now, target.place)
+        if not (holding or is_absurd) and speed_scale == 1.0:
             self._sure = Prediction.at_rest(state.time_s, target.world_from_object)
-        absurd = goal_from_object is not None and not (
-            is_within_reason(goal_from_object, NEAR_M) and _is_reachable(now, target.place)
-        )
-        if holding or goal_from_object is None or absurd:
+        # A wrong estimate must not turn the cameras away from a hidden target.
+        seen = target
+        if is_absurd:
+            seen = self._sure
+        elif holding - LOCATED:
+            seen = self._sure or target
+        if goal_from_object is not None and not is_within_reason(goal_from_object, NEAR_M):
+            is_absurd = True
+        holding |= {Reason.NOT_FINITE} if is_absurd else frozenset()
+        if holding or goal_from_object is None:
             self._goal = None
-            # A wrong estimate must not turn the cameras away from a hidden target.
-            hidden = bool(holding - LOCATED)
-            holding |= {Reason.NOT_FINITE} if absurd else frozenset()
-            return self._hold(now, (self._sure or target) if hidden else target, holding)
+            return self._hold(now, seen, holding)
         goal = self._moving_goal(state.time_s, goal_from_object)
         return self._pursue(now, self._led(target), goal, speed_scale)
 

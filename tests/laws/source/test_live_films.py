@@ -12,6 +12,7 @@ from played_sources import SIZE_PX, rig
 
 from servoid.errors import CaptureError
 from servoid.source import Instant, Live, Video
+from servoid.source.streams.film import FilmVideo
 
 RATE_HZ, COUNT = 20.0, 12
 
@@ -97,6 +98,25 @@ def test_images_of_a_film_that_nobody_was_in_time_for_are_missing(tmp_path: Path
     notices = [notice for one in found for notice in one.notices]
     assert any("images are missing before this one" in notice for notice in notices)
     assert found[-1].time_s - found[0].time_s == pytest.approx((COUNT - 1) / RATE_HZ, abs=0.11)
+
+
+def test_a_film_that_is_decoded_more_slowly_than_it_plays_is_shown_as_slowly(
+    tmp_path: Path,
+) -> None:
+    class Slow:
+        """A film of which each image takes longer than it is shown."""
+
+        def __init__(self, path: Path) -> None:
+            film = cv2.VideoCapture(str(path))
+            self.get, self.retrieve, self.release = film.get, film.retrieve, film.release
+            self._grab = film.grab
+
+        def grab(self) -> bool:
+            time.sleep(1.6 / RATE_HZ)
+            return self._grab()
+
+    found, _ = played(FilmVideo(Slow(film(tmp_path / "film.avi"))))  # type: ignore[arg-type]
+    assert len([one for one in found if one.images[0] is not None]) >= COUNT // 3
 
 
 def test_a_camera_of_other_things_than_a_camera_has_is_refused(tmp_path: Path) -> None:

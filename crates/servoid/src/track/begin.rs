@@ -81,6 +81,7 @@ impl Tracker {
         let mut estimate = self.estimate(observation, &hypothesis);
         // A given pose is known, even if the images hardly constrain its orientation.
         (estimate.status, estimate.located) = (self.status, is_confirmed);
+        self.trust.is_oriented = is_confirmed;
         estimate.confidence = if is_confirmed { 1.0 } else { unseen(self.status) };
         estimate.notices.retain(|notice| *notice != Notice::TurnOpen);
         clock.lap(|timing| &mut timing.update);

@@ -16,7 +16,8 @@ class FilmVideo:
     """Delivers each image of a film when it is due, stamped with its time in the film.
 
     The first image is due at once. Images that would be late by an interval are missing, as they
-    are of a camera whose driver is too slow.
+    are of a camera whose driver is too slow. A film that is decoded or arrives too slowly is played
+    as slowly.
     """
 
     def __init__(self, video: "cv2.VideoCapture") -> None:
@@ -38,11 +39,14 @@ class FilmVideo:
 
         """
         self._missing = 0
-        due_s = self._step()
-        while time.monotonic() > due_s + self._period_s:
+        late_s = time.monotonic() - self._step()
+        while late_s > self._period_s:
             self._missing += 1
-            due_s = self._step()
-        time.sleep(max(0.0, due_s - time.monotonic()))
+            before_s, late_s = late_s, time.monotonic() - self._step()
+            if late_s >= before_s:  # it comes slower than it plays: nothing is gained by skipping
+                self._origin_s += late_s
+                late_s = 0.0
+        time.sleep(max(0.0, -late_s))
         return True
 
     def retrieve(self) -> tuple[bool, Delivery | None]:

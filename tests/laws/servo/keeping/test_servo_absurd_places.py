@@ -161,11 +161,11 @@ def test_a_goal_in_millimetres_is_not_followed() -> None:
 
 def test_an_object_in_millimetres_is_not_followed() -> None:
     place = [1000.0 * one for one in WORLD_FROM_OBJECT.translation]
-    loop = Loop(still(Pose.from_parts(place, WORLD_FROM_OBJECT.quaternion)))
-    ticks = loop.run(2.0)
-    hand = slice(0, loop.arm.joints.hand_count)
-    assert not any(tick.command.velocities[hand].any() for tick in ticks)
-    assert ticks[-1].command.holding == {Reason.NOT_FINITE}
+    far = Pose.from_parts(place, WORLD_FROM_OBJECT.quaternion)
+    for loop in (Loop(still(far)), Loop(still(far), goal=lambda _: None)):
+        ticks = loop.run(2.0)
+        assert not any(tick.command.velocities.any() for tick in ticks)
+        assert ticks[-1].command.holding == {Reason.NOT_FINITE}
 
 
 def test_eyes_in_millimetres_are_refused() -> None:

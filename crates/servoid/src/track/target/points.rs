@@ -46,8 +46,8 @@ pub(crate) struct Points {
     /// Variance of the object's orientation since the first image, by the points that were seen
     /// last.
     pub(crate) drift_variance: f64,
-    /// Additional variance: the largest due to noise in an image in which distances come from
-    /// motion alone.
+    /// Additional variance, where a single camera cannot tell a rotation from relief: that due to
+    /// noise, in the last image or fading since an earlier one.
     pub(crate) noise_variance: f64,
     /// Additional variance: that due to distances that only the body gave, in the last image.
     pub(crate) relief_variance: f64,

@@ -150,3 +150,17 @@ impl Trust {
         Updates { colors: visible >= COLOR_SHARE, surface: whole || held, whole }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_motion_gives_the_distances_a_lost_orientation_is_reported_again_only_with_a_margin() {
+        let lost = Trust::unstarted();
+        let known = Trust { is_oriented: true, ..Trust::unstarted() };
+        assert!(lost.most_drift(true) < known.most_drift(true));
+        assert_eq!(lost.most_drift(false), known.most_drift(true));
+        assert_eq!(known.most_drift(false), known.most_drift(true));
+    }
+}

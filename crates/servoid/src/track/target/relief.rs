@@ -21,9 +21,9 @@ const CONFIRMED: f64 = 0.5;
 /// be the body that decides it, and the least ratio of it to the usual one.
 const UNCLEAR: (f64, f64) = (0.014, 3.0);
 /// Images in a row in which that must be so, where keyframes confirm the body.
-const LASTS: usize = 5;
+const LASTS: usize = 15;
 /// The ratio from which on the noise adds to the drift of the orientation.
-const NOISY: f64 = 2.0;
+const NOISY: f64 = 3.0;
 /// Weight of the newest image in the usual noise, and the ratio of its standard deviation to that up
 /// to which it counts.
 const RATE: f64 = 0.05;

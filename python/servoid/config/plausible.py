@@ -45,6 +45,15 @@ def implausible(name: str, length: float, most: float, unit: str = "m") -> str |
     )
 
 
+def distance_fault(name: str, distance_m: float | None) -> str | None:
+    """Return the message that refuses the distance of an object, if one is given, else None."""
+    if distance_m is None:
+        return None
+    if not 0.0 < distance_m < math.inf:
+        return f"{name} is {digits(distance_m)}; give a positive number of metres, such as 0.6"
+    return implausible(name, distance_m, FAR_M)
+
+
 def implausible_setting(name: str, value: Any, kind: Any) -> str | None:
     """Return the message that refuses a setting whose type has a `Most`, else None."""
     limits = [part for part in get_args(kind)[1:] if isinstance(part, Most)]

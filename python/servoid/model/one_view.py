@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
-from servoid.config.plausible import FAR_M, implausible
+from servoid.config.plausible import distance_fault
 from servoid.errors import ModelError
 from servoid.model.fit import Request, fit_views
 from servoid.model.range_samples import (
@@ -31,11 +31,9 @@ def fit_one_view(view: CaptureView, distance_m: float, request: Request) -> Mode
 
     """
     start = time.perf_counter()
-    if not (math.isfinite(distance_m) and distance_m > 0.0):
-        raise ModelError(f"the distance is {distance_m} m; give a positive number of metres")
-    absurd = implausible("the distance", distance_m, FAR_M)
-    if absurd is not None:
-        raise ModelError(absurd)
+    fault = distance_fault("the distance", distance_m)
+    if fault is not None:
+        raise ModelError(fault)
     result = fit_views([view], [], range_samples_of_outline(view, distance_m), request, start=start)
     note = (
         f"one image shows no depth: the object is taken to be {distance_m:g} m away and as thick "

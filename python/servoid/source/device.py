@@ -108,8 +108,10 @@ def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) ->
 
 
 def _may_be_stored(device: str) -> bool:
-    is_address = _ADDRESS in device and not device.lower().startswith(_STORED)
-    return not is_address and _PIPELINE not in device
+    """Return whether a file or an address may be a recorded video, other than those of cameras."""
+    if _PIPELINE in device:
+        return False
+    return _ADDRESS not in device or device.lower().startswith(_STORED)
 
 
 def _paced(video: "Video | cv2.VideoCapture") -> Video:

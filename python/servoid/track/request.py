@@ -1,6 +1,5 @@
 """Declares the request of tracking: which objects to track, and how."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -11,12 +10,11 @@ from numpy.typing import NDArray
 
 from servoid import _native
 from servoid._native import Body, Pose
-from servoid.config.plausible import FAR_M, implausible
+from servoid.config.plausible import distance_fault
 from servoid.errors import TrackError
 from servoid.model import Progress
 from servoid.segment import Target
 from servoid.track.follower import Maker, make_one_step_tracker, make_tracker, one_step_settings
-from servoid.words import digits
 
 
 class Method(Enum):
@@ -105,14 +103,9 @@ class Request:
         else:
             options: dict[str, Any] = self.options()
             _native.TrackSettings(**options)
-        if self.distance_m is not None and not 0.0 < self.distance_m < math.inf:
-            raise TrackError(
-                f"the distance is {digits(self.distance_m)}; give a positive number of metres, "
-                "such as 0.6"
-            )
-        absurd = implausible("the distance", self.distance_m or 0.0, FAR_M)
-        if absurd is not None:
-            raise TrackError(absurd)
+        fault = distance_fault("the distance", self.distance_m)
+        if fault is not None:
+            raise TrackError(fault)
 
     def evolves(self, subject: Subject) -> bool:
         """Return whether the body of a subject evolves."""

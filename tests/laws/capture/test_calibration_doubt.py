@@ -142,7 +142,7 @@ def test_a_focal_length_that_photographs_contradict_is_told(name: str, share: fl
 def test_a_principal_point_outside_of_the_image_is_told(
     center_px: tuple[float, float], tmp_path: Path
 ) -> None:
-    capture = write_pair(tmp_path, toed_in(8.0), toed_in(8.0))
+    capture = write_pair(tmp_path, toed_in(8.0))
     cameras = []
     for camera in capture.cameras:
         known = camera.lens

@@ -1,6 +1,5 @@
 """`servoid model`: from a capture, a mesh or a cloud to a body, a summary and a report."""
 
-import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -23,7 +22,7 @@ from servoid.cli.scan.scanning import ScanOrder
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.config.places import is_file
-from servoid.config.plausible import FAR_M, implausible
+from servoid.config.plausible import distance_fault
 from servoid.errors import ModelError, OutputError
 from servoid.exchange import is_bag
 from servoid.exchange.shapes.cloud_file import is_cloud, read_cloud
@@ -42,7 +41,7 @@ from servoid.opening import GivenCalibration, doubt_calibration, open_recorded, 
 from servoid.output import check_file, check_folder, make_folder
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
-from servoid.words import counted, digits
+from servoid.words import counted
 
 WriteReport = Callable[..., list[Path]]
 
@@ -153,13 +152,9 @@ def _check_settings(order: Order) -> None:
         seed=order.seed,
         threads=order.threads,
     )
-    if order.distance is not None and not (0.0 < order.distance < math.inf):
-        raise ModelError(
-            f"--distance is {digits(order.distance)}; give a positive number of metres, such as 0.6"
-        )
-    absurd = implausible("--distance", order.distance or 0.0, FAR_M)
-    if absurd is not None:
-        raise ModelError(absurd)
+    fault = distance_fault("--distance", order.distance)
+    if fault is not None:
+        raise ModelError(fault)
 
 
 def _report_writer() -> WriteReport:

@@ -10,7 +10,7 @@ use crate::camera::Observation;
 use crate::pose::Pose;
 use crate::track::estimate::Notice;
 use crate::track::pose::hypothesis::Hypothesis;
-use crate::track::pose::uncertainty::uncertainty;
+use crate::track::pose::uncertainty::turn_variance;
 use crate::track::pose::verify::Quality;
 use crate::track::target::Target;
 use crate::track::target::keyframes::object_from_camera;
@@ -53,8 +53,7 @@ impl Tracker {
         points.noise_variance *= lasting;
         let relief = &mut self.target.relief;
         if relief.is_open || points.are_from_body(&self.workspace.matches) {
-            let known = uncertainty(&hypothesis.normal, radius).covariance;
-            let noise = known.fixed_view::<3, 3>(3, 3).trace();
+            let noise = turn_variance(&hypothesis.normal, radius);
             relief.note_noise(noise);
             // A relief that is a guess, or estimated from motion, cannot confirm itself.
             if relief.adds_noise() {

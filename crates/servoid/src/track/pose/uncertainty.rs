@@ -24,8 +24,7 @@ pub(crate) fn inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
 /// learned.
 pub(crate) fn uncertainty(normal: &Normal, radius: f64) -> Uncertainty {
     let normal = normal.without_edges();
-    let images = normal.curvature - normal.prior + Normal::new(radius).prior;
-    let covariance = inverse(&images).unwrap_or_else(Matrix6::identity);
+    let covariance = by_images(&normal, radius);
     let units = Matrix6::from_diagonal(&Vector6::new(radius, radius, radius, 1.0, 1.0, 1.0));
     let information = units * (normal.curvature - normal.prior) * units;
     let eigen = SymmetricEigen::new(information);
@@ -33,6 +32,16 @@ pub(crate) fn uncertainty(normal: &Normal, radius: f64) -> Uncertainty {
     let open = |i: &usize| !observable(*i);
     let unobservable = (0..6).filter(open).map(|i| eigen.eigenvectors.column(i).into()).collect();
     Uncertainty { covariance, unobservable }
+}
+
+/// Returns the variance of the orientation by the images alone.
+pub(crate) fn turn_variance(normal: &Normal, radius: f64) -> f64 {
+    by_images(&normal.without_edges(), radius).fixed_view::<3, 3>(3, 3).trace()
+}
+
+fn by_images(normal: &Normal, radius: f64) -> Matrix6<f64> {
+    let images = normal.curvature - normal.prior + Normal::new(radius).prior;
+    inverse(&images).unwrap_or_else(Matrix6::identity)
 }
 
 #[cfg(test)]

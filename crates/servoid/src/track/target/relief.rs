@@ -17,13 +17,14 @@ const DENIED: f64 = 0.6;
 /// Deviation of points from the body's surface, rms in standard deviations over those that
 /// keyframes saw together, up to which these confirm the body.
 const CONFIRMED: f64 = 0.5;
-/// Standard deviation of the orientation by the noise of an image, in radians, from which on it may
-/// be the body that decides it, and the least ratio of it to the usual one.
-const UNCLEAR: (f64, f64) = (0.014, 3.0);
+/// Ratio of the standard deviation of the orientation by the noise of an image to the usual one,
+/// from which on it adds to the drift of the orientation.
+const NOISY: f64 = 3.0;
+/// That standard deviation, in radians, from which on it may then be the body that decides the
+/// orientation.
+const UNCLEAR: f64 = 0.014;
 /// Images in a row in which that must be so, where keyframes confirm the body.
 const LASTS: usize = 15;
-/// The ratio from which on the noise adds to the drift of the orientation.
-const NOISY: f64 = 3.0;
 /// Weight of the newest image in the usual noise, and the ratio of its standard deviation to that up
 /// to which it counts.
 const RATE: f64 = 0.05;
@@ -68,9 +69,8 @@ impl Relief {
     /// Notes the variance of the orientation by the noise of an image.
     pub(crate) fn note_noise(&mut self, turn_variance: f64) {
         let usual = *self.usual_noise.get_or_insert(turn_variance);
-        let (least, factor) = UNCLEAR;
         self.is_noisy = turn_variance > NOISY * NOISY * usual;
-        let is_unclear = turn_variance > (least * least).max(factor * factor * usual);
+        let is_unclear = self.is_noisy && turn_variance > UNCLEAR * UNCLEAR;
         self.unclear = if is_unclear { self.unclear + 1 } else { 0 };
         if turn_variance < ALIKE * ALIKE * usual {
             self.usual_noise = Some(usual + RATE * (turn_variance - usual));
@@ -170,22 +170,21 @@ mod tests {
 
     #[test]
     fn an_image_that_determines_the_turn_much_worse_than_others_leaves_it_to_the_body() {
-        let (least, factor) = UNCLEAR;
         let mut relief = Relief::new(false);
         for _ in 0..100 {
-            relief.note_noise((0.2 * least).powi(2));
+            relief.note_noise((0.2 * UNCLEAR).powi(2));
             assert!(!relief.decides_turn(true) && !relief.adds_noise());
         }
-        relief.note_noise((0.9 * least).powi(2));
+        relief.note_noise((0.9 * UNCLEAR).powi(2));
         assert!(!relief.decides_turn(true) && relief.adds_noise(), "it is noise, but little");
         for _ in 0..100 {
-            relief.note_noise((1.1 * least).powi(2));
+            relief.note_noise((1.1 * UNCLEAR).powi(2));
             assert!(relief.decides_turn(true), "a while of it does not make it usual");
             assert!(relief.decides_turn(false) && relief.adds_noise());
         }
         let mut always = Relief::new(false);
         for _ in 0..100 {
-            always.note_noise((0.5 * factor * least).powi(2));
+            always.note_noise((0.5 * NOISY * UNCLEAR).powi(2));
             assert!(!always.decides_turn(true), "an object that is always seen like that");
         }
     }

@@ -896,7 +896,8 @@ class Tracker:
         depths: _Depths | None = None,
     ) -> Estimate:
         """Learns colours and surface points from images in which the object's pose is known; masks,
-        (H, W) uint8 and None where there is none, mark its pixels. Raises TrackError.
+        (H, W) uint8 and None where there is none, mark its pixels. Masks that lie elsewhere are
+        reported in `notices` and not used. Raises TrackError.
         """
     def find(
         self,

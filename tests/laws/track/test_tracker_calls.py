@@ -52,3 +52,14 @@ def test_a_tracker_takes_one_call_at_a_time_and_says_so(tracker: Tracker) -> Non
     scoring.join()
     assert refused
     tracker.step(0.2, Pose.identity(), IMAGE)
+
+
+def test_a_mask_that_lies_elsewhere_than_the_given_pose_is_reported_and_not_trusted() -> None:
+    tracker = Tracker(Camera.from_fov((160, 120), 60.0), plain_body())
+    mask = np.zeros((120, 160), np.uint8)
+    mask[:30, :30] = 255
+    found = tracker.start(0.0, Pose.identity(), IMAGE, FAR, [mask])
+    (notice,) = (one for one in found.notices if "mask" in one)
+    assert notice.startswith("camera 0: only 0 % of the mask is where the object is")
+    assert (found.status, found.located) == ("searching", False)
+    assert found.confidence < 0.5

@@ -54,7 +54,8 @@ impl Tracker {
     }
 
     /// Learns colours and surface points from images in which the object's pose is known; masks,
-    /// (H, W) uint8 and None where there is none, mark its pixels. Raises TrackError.
+    /// (H, W) uint8 and None where there is none, mark its pixels. Masks that lie elsewhere are
+    /// reported in `notices` and not used. Raises TrackError.
     #[pyo3(signature = (time_s, world_from_camera, images, world_from_object, masks=None, depths=None))]
     #[allow(clippy::too_many_arguments, reason = "an observation has four parts")]
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]

@@ -5,6 +5,7 @@ use super::motion::Motion;
 use super::pose::confidence::unseen;
 use super::pose::hypothesis::Hypothesis;
 use super::relocalize::ROUNDS;
+use super::start_masks::masks_at;
 use super::target::colors::Colors;
 use super::target::keyframes::{Keyframes, object_from_camera};
 use super::tracker::Tracker;
@@ -19,7 +20,8 @@ const START_MARGIN: f64 = 0.5;
 impl Tracker {
     /// Learns colours and surface points from an observation in which the object's pose is known.
     /// Masks, one per camera or none, mark the object's pixels; without them its outline does. If
-    /// the images contradict the pose, the object is sought from the next observation on.
+    /// the images contradict the pose, or all masks do, which are then not used, the object is
+    /// sought from the next observation on.
     ///
     /// # Errors
     /// If there is not one entry per camera, the time stamp is not finite, a mask does not have its
@@ -48,6 +50,10 @@ impl Tracker {
     ) -> Result<Estimate, TrackError> {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
+        let body = self.target.body.at(world_from_object);
+        let (masks, elsewhere) = masks_at(&body, &self.frame.cameras, observation, masks);
+        let (masks, agrees) =
+            (&masks[..], elsewhere.is_empty() || masks.iter().any(Option::is_some));
         self.motion = Motion::at_rest(observation.time_s, world_from_object);
         if !self.open_windows(observation, &world_from_object, START_MARGIN) {
             return Err(self.unseen_at_first());
@@ -75,7 +81,7 @@ impl Tracker {
             self.target.offsets.learn_at(&self.workspace.edges);
         }
         self.keep_keyframe(observation, &hypothesis);
-        let is_confirmed = hypothesis.quality.share >= self.settings.held;
+        let is_confirmed = agrees && hypothesis.quality.share >= self.settings.held;
         self.status = if is_confirmed { Status::Tracking } else { Status::Searching };
         self.trust = Trust::given(is_confirmed);
         let mut estimate = self.estimate(observation, &hypothesis);
@@ -84,6 +90,7 @@ impl Tracker {
         self.trust.is_oriented = is_confirmed;
         estimate.confidence = if is_confirmed { 1.0 } else { unseen(self.status) };
         estimate.notices.retain(|notice| *notice != Notice::TurnOpen);
+        estimate.notices.extend(elsewhere);
         clock.lap(|timing| &mut timing.update);
         estimate.timing = clock.timing();
         Ok(estimate)

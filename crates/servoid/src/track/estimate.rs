@@ -88,6 +88,17 @@ pub enum Notice {
     /// The object is outside the image.
     #[error("camera {0}: the object is not in the image")]
     OutOfImage(usize),
+    /// A mask of the start lies where the body is not at the given pose.
+    #[error(
+        "camera {camera}: only {inside:.0} % of the mask is where the object is at the given pose, so \
+         the mask is not used; if it is the object's mask, correct the pose"
+    )]
+    MaskElsewhere {
+        /// Which camera.
+        camera: usize,
+        /// Share of the mask inside the body's silhouette, in per cent.
+        inside: f64,
+    },
     /// The images determine the object's position, but its orientation not well enough.
     #[error("the images determine the object's position, but not its orientation")]
     TurnOpen,

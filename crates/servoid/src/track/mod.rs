@@ -13,6 +13,7 @@ mod one_step;
 mod pose;
 mod relocalize;
 mod settings;
+mod start_masks;
 mod target;
 mod tracker;
 mod trust;

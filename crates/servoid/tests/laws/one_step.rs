@@ -274,6 +274,17 @@ fn the_start_gives_the_pose_that_was_given_and_learns_from_masks_as_from_the_out
 }
 
 #[test]
+fn a_mask_beside_the_egg_at_the_given_pose_is_reported() {
+    let (here, aside) = (at(0.0, 0.0, 0.0), at(0.15, 0.0, 0.0));
+    let images = drawn(&egg(), Some(here), 0);
+    let bytes = silhouette(&egg().at(aside), &camera(), &eyes()[1]);
+    let mask = Mask::new(ImageView::new(&bytes, SIZE, Channels::Grey).unwrap()).unwrap();
+    let mut tracker = OneStep::new(&[camera(), camera()], &egg(), pose()).unwrap();
+    let estimate = tracker.start(&observed(&images, 0.0), here, &[None, Some(mask)]).unwrap();
+    assert_eq!(estimate.notices, [Notice::MaskElsewhere { camera: 1, inside: 0.0 }]);
+}
+
+#[test]
 fn the_spin_of_a_body_of_revolution_is_left_open_and_that_of_a_duck_is_not() {
     holds("one step spin");
 }

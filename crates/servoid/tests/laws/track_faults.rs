@@ -3,13 +3,13 @@
 use std::sync::OnceLock;
 
 use crate::scenes::holds;
-use crate::shapes::drawn::{SIZE, Shot, Stage, eyes};
+use crate::shapes::drawn::{SIZE, Shot, Stage, eyes, masks};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use servoid::camera::{Camera, Channels, ImageView, Mask, Observation, RigError};
 use servoid::pose::Pose;
 use servoid::shape::{Body, Ellipsoid};
-use servoid::track::{Notice, Status, TrackError, TrackSettings, Tracker};
+use servoid::track::{Estimate, Notice, Status, TrackError, TrackSettings, Tracker};
 
 pub fn start() -> Pose {
     let turn = UnitQuaternion::from_euler_angles(0.3, -0.4, 0.2);
@@ -135,6 +135,37 @@ fn a_mask_that_has_not_its_cameras_size_is_refused() {
     let (shot, masks) = (shot(0), [None, Some(mask)]);
     let started = tracker.start(&shot.observation(), start(), &masks);
     assert_eq!(started, Err(TrackError::Image(wrong)));
+}
+
+/// Starts at the pose with masks of the given columns of the silhouette, from a pose of its own in
+/// each camera; returns the estimate.
+fn started_in(poses: [Pose; 2], columns: std::ops::Range<usize>) -> Estimate {
+    let stage = Stage::textured();
+    let mut drawn: Vec<_> =
+        eyes().iter().zip(&poses).map(|(eye, pose)| stage.mask(eye, pose)).collect();
+    for (at, pixel) in drawn.iter_mut().flat_map(|one| one.iter_mut().enumerate()) {
+        *pixel *= u8::from(columns.contains(&(at % SIZE[0])));
+    }
+    let mut tracker =
+        Tracker::new(&stage.cameras(), &stage.body, TrackSettings::default()).unwrap();
+    tracker.start(&shot(0).observation(), start(), &masks(&drawn)).unwrap()
+}
+
+#[test]
+fn masks_beside_the_object_at_the_given_pose_are_reported_and_not_believed() {
+    let aside = Pose::from_rotation(start().rotation(), Vector3::new(0.12, 0.0, 0.05));
+    let both = started_in([aside; 2], 0..SIZE[0]);
+    assert_eq!((both.status, both.located), (Status::Searching, false));
+    assert!(both.confidence < 0.5, "{}", both.confidence);
+    let elsewhere = |estimate: &Estimate| {
+        let of = |notice: &Notice| matches!(notice, Notice::MaskElsewhere { .. });
+        estimate.notices.iter().filter(|notice| of(notice)).count()
+    };
+    assert_eq!(elsewhere(&both), 2, "{:?}", both.notices);
+    let one = started_in([start(), aside], 0..SIZE[0]);
+    assert_eq!((one.status, elsewhere(&one)), (Status::Tracking, 1), "{:?}", one.notices);
+    let hidden = started_in([start(); 2], 0..SIZE[0] / 2);
+    assert_eq!((hidden.status, elsewhere(&hidden)), (Status::Tracking, 0), "{:?}", hidden.notices);
 }
 
 proptest! {

@@ -14,6 +14,7 @@ use life::{Life, Maps};
 use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 use population::{PopulationMoments, SearchRange};
 
+use super::start_masks::masks_at;
 use super::{Estimate, Notice, Status, Timing};
 use crate::camera::{Camera, ImageView, Mask, Observation, RigError};
 use crate::fitness::Points;
@@ -87,7 +88,7 @@ impl OneStep {
     }
 
     /// Starts with the object at a known pose: learns its colours from the masks, one per camera or
-    /// none at all, or from the body's outline where there is no mask. The first generation is
+    /// none at all, or from the body's outline where no mask lies on it. The first generation is
     /// scored in these images; the estimate is the given pose.
     ///
     /// # Errors
@@ -98,14 +99,16 @@ impl OneStep {
         world_from_object: Pose,
         masks: &[Option<Mask<'_>>],
     ) -> Result<Estimate, OneStepError> {
-        let (usable, notices) = self.usable(observation)?;
+        let (usable, mut notices) = self.usable(observation)?;
         if !(masks.is_empty() || masks.len() == self.cameras.len()) {
             let (cameras, given) = (self.cameras.len(), masks.len());
             return Err(RigError::Count { what: "masks", cameras, given }.into());
         }
         let begun = Instant::now();
         let body = self.body.at(world_from_object);
-        let colors = Colors::learn(&usable, &body, masks)?;
+        let (masks, elsewhere) = masks_at(&body, &self.cameras, observation, masks);
+        notices.extend(elsewhere);
+        let colors = Colors::learn(&usable, &body, &masks)?;
         let update = begun.elapsed();
         let axes = observation.world_from_camera[0].rotation();
         let life = Life::new(world_from_object, axes, &self.settings, &self.range)?;

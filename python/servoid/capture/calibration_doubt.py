@@ -5,12 +5,13 @@ contradict this, and another focal length fits better, that focal length is repo
 features needs no calibration, so a wrong one does not hide them.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from servoid._native import Lens, Pose
 from servoid.camera.images import Recorded
+from servoid.camera.principal_point import off_center_note, outside_note
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.capture.exchanged import exchange_note, repeated_note
 from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
@@ -39,11 +40,29 @@ def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | No
     that the two cameras have exchanged are reported first. Parallel cameras do not determine the
     focal length; their calibration is checked only if it `is_assumed`, and then only for being
     parallel. One stationary camera determines nothing. A principal point outside of the image, as
-    of a calibration for larger images, is reported without looking at them.
+    of a calibration for larger images, is reported without looking at them, and one far from the
+    middle beside what they say.
     """
-    outside = _outside(capture.cameras)
+    outside = _first_note(outside_note, capture.cameras)
     if outside is not None:
         return outside
+    notes = (
+        _first_note(off_center_note, capture.cameras),
+        _doubt_images(capture, is_assumed=is_assumed),
+    )
+    return "; ".join(note for note in notes if note is not None) or None
+
+
+def _first_note(
+    note_of: Callable[[str, Lens], str | None], cameras: Sequence[CaptureCamera]
+) -> str | None:
+    """Return the note on the first of the cameras that has one."""
+    notes = (note_of(f"camera {camera.name}", camera.lens) for camera in cameras)
+    return next((note for note in notes if note is not None), None)
+
+
+def _doubt_images(capture: Capture, *, is_assumed: bool) -> str | None:
+    """Return a message if matched features contradict the calibration, else None."""
     matched = _pairs(capture)
     if len(capture.cameras) == 1:
         return _doubt_fit(list(matched), is_rig=False)
@@ -87,20 +106,6 @@ def _doubt_fit(pairs: Sequence[MatchedFeatures], *, is_rig: bool) -> str | None:
             f"the images contradict the poses of the cameras: features are {off_px:.1f} px "
             "from where the other image predicts them; calibrate again"
         )
-    return None
-
-
-def _outside(cameras: Sequence[CaptureCamera]) -> str | None:
-    """Report a camera whose principal point is not in its image."""
-    for camera in cameras:
-        lens = camera.lens
-        (u, v), (width, height) = lens.center_px, lens.size_px
-        if not (-0.5 <= u <= width - 0.5 and -0.5 <= v <= height - 0.5):
-            return (
-                f"the principal point of camera {camera.name}, ({digits(u)}, {digits(v)}) px, is "
-                f"outside of its image of {width}x{height} pixels: is the calibration that of "
-                "larger images, or are width and height exchanged? Calibrate for these images"
-            )
     return None
 
 

@@ -19,7 +19,7 @@ from servoid._native import (
 )
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
-from servoid.model.misfit import far_note, swapped_note, touches_all_borders
+from servoid.model.misfit import center_notes, far_note, swapped_note, touches_all_borders
 from servoid.model.misplaced import Fitted, misplaced_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import Coverage, ModelResult
@@ -121,7 +121,7 @@ def fit(
     result = fit_views(used, unused, NO_RANGE_SAMPLES, request)
     is_metric = not any(isinstance(one, CaptureView) for one in capture_views)
     far = far_note(result.body, result.native_used) if is_metric else None
-    notes = [one for one in (note, far) if one is not None]
+    notes = [one for one in (note, far) if one is not None] + center_notes([*used, *unused])
     return replace(result, notes=(*result.notes, *notes))
 
 

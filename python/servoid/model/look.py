@@ -14,7 +14,7 @@ from servoid.model.depth_agreement import check_depth_agrees, with_twins
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
-from servoid.model.misfit import far_note
+from servoid.model.misfit import center_notes, far_note
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import (
@@ -71,7 +71,7 @@ def fit_capture(
     start = time.perf_counter()
     request = request or Request()
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
-    notes = list(marked.notes)
+    notes = [*marked.notes, *center_notes([*marked.views, *marked.others])]
     if not capture.metric:
         notes.append(NO_METRES)
     known = list(marked.views)

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, View
+from servoid.camera.principal_point import principal_point_note
+from servoid.capture import CaptureView
 from servoid.config.plausible import FAR_M
 from servoid.pose import exact
 from servoid.words import counted, digits
@@ -78,3 +80,13 @@ def far_note(body: Body, views: Sequence[View]) -> str | None:
         "are in metres everywhere; a capture.toml gives the unit of its depth images as "
         "depth_scale_m"
     )
+
+
+def center_notes(views: Sequence[CaptureView]) -> list[str]:
+    """Report cameras of arrays whose K is probably that of images of another size.
+
+    Those of files are checked with the whole calibration of their capture.
+    """
+    lenses = dict.fromkeys(view.lens for view in views if view.picture.is_in_memory)
+    notes = (principal_point_note("a camera", lens) for lens in lenses)
+    return [note for note in notes if note is not None]

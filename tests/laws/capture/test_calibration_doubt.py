@@ -58,6 +58,22 @@ def with_focal(capture: Capture, share: float) -> Capture:
     return replace(capture, cameras=cameras)
 
 
+def centered(capture: Capture, center_px: tuple[float, float]) -> Capture:
+    """Give the cameras of a capture another principal point."""
+
+    def lens(known: Lens) -> Lens:
+        return Lens(
+            model=known.model,
+            size_px=known.size_px,
+            focal_px=known.focal_px,
+            center_px=center_px,
+            distortion=known.distortion,
+        )
+
+    cameras = tuple(replace(camera, lens=lens(camera.lens)) for camera in capture.cameras)
+    return replace(capture, cameras=cameras)
+
+
 def named_px(doubt: str | None) -> float:
     """Return the focal length that a sentence names."""
     assert doubt is not None and doubt.startswith("the images fit a focal length of about")
@@ -142,18 +158,32 @@ def test_a_focal_length_that_photographs_contradict_is_told(name: str, share: fl
 def test_a_principal_point_outside_of_the_image_is_told(
     center_px: tuple[float, float], tmp_path: Path
 ) -> None:
-    capture = write_pair(tmp_path, toed_in(8.0))
-    cameras = []
-    for camera in capture.cameras:
-        known = camera.lens
-        lens = Lens(
-            model=known.model,
-            size_px=known.size_px,
-            focal_px=known.focal_px,
-            center_px=center_px,
-            distortion=known.distortion,
-        )
-        cameras.append(replace(camera, lens=lens))
-    doubt = doubt_calibration(replace(capture, cameras=tuple(cameras)))
+    doubt = doubt_calibration(centered(write_pair(tmp_path, toed_in(8.0)), center_px))
     assert doubt is not None and doubt.startswith("the principal point of camera one, (")
     assert "is outside of its image of" in doubt
+
+
+def test_a_principal_point_of_images_of_another_size_is_told(tmp_path: Path) -> None:
+    capture = write_pair(tmp_path, toed_in(8.0))
+    width, height = SIZE_PX
+    for share in (0.5, 0.75, 1.5):
+        doubt = doubt_calibration(centered(capture, (share * width / 2, share * height / 2)))
+        assert doubt is not None and "is far from the middle of its image of" in doubt
+    assert doubt_calibration(centered(capture, (0.53 * width, 0.47 * height))) is None
+
+
+@pytest.mark.parametrize("share", [0.5, 1.3])
+def test_parallel_eyes_scale_distances_alone_by_a_wrong_focal_length_and_show_none_of_it(
+    share: float, tmp_path: Path
+) -> None:
+    beside = np.eye(4)
+    beside[0, 3] = 0.1
+    wrong = with_focal(write_pair(tmp_path, beside), share)
+    assert doubt_calibration(wrong, is_assumed=True) is None
+    true, lens = np.array([0.07, -0.05, 0.9]), wrong.cameras[0].lens
+    center, focal = np.array(lens.center_px), FOCAL_PX
+    one, other = (focal * (true - [shift, 0.0, 0.0])[:2] / true[2] for shift in (0.0, 0.1))
+    rays = [lens.rays((pixel + center)[None])[0] for pixel in (one, other)]
+    depth = 0.1 / (rays[0][0] / rays[0][2] - rays[1][0] / rays[1][2])
+    measured = rays[0] / rays[0][2] * depth
+    np.testing.assert_allclose(measured, true * [1.0, 1.0, share], rtol=1e-9)

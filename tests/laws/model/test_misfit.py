@@ -8,7 +8,7 @@ import pytest
 from refusals import check_refused, edit
 
 from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, write_png
-from servoid.camera import Lens, read_mask, undistortion
+from servoid.camera import Camera, Lens, read_mask, undistortion
 from servoid.capture import View, open_capture
 from servoid.errors import CameraError, DoubtError, MaskError, MeshError
 from servoid.model import fit, fit_mesh
@@ -219,3 +219,17 @@ def test_poses_in_millimetres_are_noticed_in_python(drawn_capture: Path) -> None
         views.append(View(camera=one.camera, world_from_camera=far, mask=one.mask))
     notes = " ".join(fit(views, max_ellipsoids=2).notes)
     assert "in millimetres, or the cameras' distance from each other?" in notes
+
+
+@pytest.mark.parametrize(("share", "noticed"), [(1.0, False), (2.0, True)])
+def test_a_matrix_of_images_of_another_size_is_noticed_in_python(
+    drawn_capture: Path, share: float, noticed: bool
+) -> None:
+    views = []
+    for one in (view.view() for view in open_capture(drawn_capture).views()):
+        size_px = (int(share * SIZE_PX[0]), int(share * SIZE_PX[1]))
+        camera = Camera.from_matrix(one.camera.matrix(), size_px)
+        mask = cv2.resize(one.mask, size_px, interpolation=cv2.INTER_NEAREST)
+        views.append(View(camera=camera, world_from_camera=one.world_from_camera, mask=mask))
+    notes = fit(views, max_ellipsoids=2).notes
+    assert any("is far from the middle of its image" in note for note in notes) == noticed

@@ -71,6 +71,16 @@ def describe_video(path: Path) -> "VideoFacts":
     return _describe(path, *_version(path, CaptureError))
 
 
+def shortage(count: int, promised: float) -> str | None:
+    """Report a video of which only `count` images can be decoded, if its header promises more."""
+    if count >= promised - max(0.5, _MISSING_SHARE * promised):
+        return None
+    return (
+        f"its header promises {promised:.0f} images, but only {count} can be decoded; copy the "
+        "file again"
+    )
+
+
 def read_video_image(
     path: Path, index: int, size_px: tuple[int, int], by: int = 1, *, upright: bool = False
 ) -> NDArray[np.uint8]:
@@ -141,10 +151,10 @@ def _describe(path: Path, _size: int, _changed: int) -> VideoFacts:
     count = len(times_ms)
     if count == 0:
         raise CaptureError(f"{path} holds no image that can be decoded; replace the file")
-    if count < promised - max(0.5, _MISSING_SHARE * promised):
+    short = shortage(count, promised)
+    if short is not None:
         raise CaptureError(
-            f"{path} is cut short or damaged: its header promises {promised:.0f} images, but only "
-            f"{count} can be decoded; copy the file again, or write those {count} to a new one"
+            f"{path} is cut short or damaged: {short}, or write those {count} to a new one"
         )
     rises = all(before < after for before, after in itertools.pairwise(times_ms))
     return VideoFacts(

@@ -67,6 +67,15 @@ class Triggered(Protocol):
         ...
 
 
+@runtime_checkable
+class Interruptible(Protocol):
+    """A video that can wait for its next image for long, and whose wait can be ended."""
+
+    def interrupt(self) -> None:
+        """End a `grab` that another thread waits for; it returns False."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Shot:
     """What a device delivered, and when it was taken or, without a timestamp, arrived, in seconds.
@@ -167,6 +176,8 @@ class Grabber:
         returns.
         """
         self._over.set()
+        if isinstance(self._device, Interruptible):
+            self._device.interrupt()
         self._thread.join(_CLOSING_S)
 
     def _run(self) -> None:
@@ -229,6 +240,7 @@ class Grabber:
             arrived_s = self._clock()
             found, data = device.retrieve()
         except EndedError as error:
+            self._set_fault(_text(error))
             self._has_ended = True
             return _text(error), False
         except LostDeviceError as error:

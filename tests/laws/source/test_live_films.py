@@ -119,6 +119,65 @@ def test_a_film_that_is_decoded_more_slowly_than_it_plays_is_shown_as_slowly(
     assert len([one for one in found if one.images[0] is not None]) >= COUNT // 3
 
 
+def test_a_film_that_breaks_off_says_so_with_its_last_image_and_is_over(tmp_path: Path) -> None:
+    whole = film(tmp_path / "whole.avi")
+    broken = tmp_path / "broken.avi"
+    *pieces, _ = whole.read_bytes().split(b"00dc")[:8]
+    broken.write_bytes(b"00dc".join(pieces))
+    with Live(rig(str(broken))) as source:
+        found: list[Instant] = []
+        while not source.is_over:
+            instant = source.newest()
+            found += [] if instant is None else [instant]
+            time.sleep(0.001)
+        time.sleep(0.3)
+        silence = source.silence()
+    words = f"the film breaks off: its header promises {COUNT} images, but only "
+    assert words in found[-1].notices[-1] and found[-1].images[0] is not None
+    assert not any(words in notice for one in found[:-1] for notice in one.notices)
+    assert silence is not None and words in silence
+    assert not any(
+        "breaks off" in notice for one in played(str(whole))[0] for notice in one.notices
+    )
+
+
+class Gap:
+    """A film whose times jump before its fourth image."""
+
+    def __init__(self, path: Path, gap_s: float) -> None:
+        film = cv2.VideoCapture(str(path))
+        self.grab, self.retrieve, self.release = film.grab, film.retrieve, film.release
+        self._get, self._gap_s = film.get, gap_s
+
+    def get(self, kind: int) -> float:
+        jumped = kind == cv2.CAP_PROP_POS_MSEC and self._get(cv2.CAP_PROP_POS_FRAMES) > 3
+        return self._get(kind) + 1e3 * self._gap_s * jumped
+
+
+def test_a_film_that_waits_for_its_next_image_is_closed_at_once(tmp_path: Path) -> None:
+    video = FilmVideo(Gap(film(tmp_path / "film.avi"), 3600.0))  # type: ignore[arg-type]
+    with Live(rig(video)) as source:
+        limit_s = time.monotonic() + 1.0
+        while time.monotonic() < limit_s:
+            source.newest()
+            time.sleep(0.01)
+        closing_s = time.monotonic()
+    assert time.monotonic() - closing_s < 0.5
+    assert not source.is_over
+
+
+def test_an_hour_between_two_images_of_a_film_is_played_as_seconds_and_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("servoid.source.streams.film._LONGEST_GAP_S", 0.5)
+    video = FilmVideo(Gap(film(tmp_path / "film.avi"), 3600.0))  # type: ignore[arg-type]
+    found, arrived_s = played(video)
+    assert max(np.diff(arrived_s)) < 2.0
+    assert max(np.diff([one.time_s for one in found])) == pytest.approx(0.5, abs=0.15)
+    notices = [notice for one in found for notice in one.notices]
+    assert any("times jump by 3600" in n and "shown after 0.5 s" in n for n in notices)
+
+
 def test_a_camera_of_other_things_than_a_camera_has_is_refused(tmp_path: Path) -> None:
     (camera,) = rig(str(tmp_path / "film.avi"))
     for wrong, words in (

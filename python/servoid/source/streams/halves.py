@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from servoid.source.delivery import Delivery
-from servoid.source.grabbing import Reopened, Triggered, Video
+from servoid.source.grabbing import Interruptible, Reopened, Triggered, Video
 
 
 class HalvesVideo:
@@ -42,6 +42,11 @@ class HalvesVideo:
                 notices=whole.notices,
             ),
         )
+
+    def interrupt(self) -> None:
+        """End a wait of the device for an image."""
+        if isinstance(self._video, Interruptible):
+            self._video.interrupt()
 
     def release(self) -> None:
         """Close the device."""

@@ -20,6 +20,7 @@ from servoid.pose.exact import Floats
 from servoid.words import digits
 
 _PAIRS = 4
+_FIRST_OF_VIDEO = 30  # images that are compared pixel by pixel: later ones take long to decode
 _LEAST = 60  # matches
 _APART = 0.1  # of the spread of the views: nearer ones constrain nothing
 _LEAST_TURN = 1e-4  # of the axes of two cameras, below which the focal length is unobservable
@@ -110,15 +111,20 @@ def _doubt_fit(pairs: Sequence[MatchedFeatures], *, is_rig: bool) -> str | None:
 
 
 def _repeated(one: CaptureCamera, other: CaptureCamera) -> str | None:
-    """Report two cameras whose first images are equal."""
-    for pictures in zip(one.pictures, other.pictures, strict=True):
-        if pictures[0] is not None and pictures[1] is not None:
-            both = [
-                PosedPicture(picture, camera.lens, Recorded(camera.lens.size_px))
-                for picture, camera in zip(pictures, (one, other), strict=True)
-                if picture is not None
-            ]
-            return repeated_note((one.name, other.name), both[0], both[1])
+    """Report two cameras whose images are equal at the first instant, the middle or the last."""
+    pairs = enumerate(zip(one.pictures, other.pictures, strict=True))
+    both = [(at, (a, b)) for at, (a, b) in pairs if a is not None and b is not None]
+    if both and any(picture.index is not None for picture in both[0][1]):
+        both = both[:_FIRST_OF_VIDEO]
+    for place in sorted({0, len(both) // 2, len(both) - 1}) if both else ():
+        at, pictures = both[place]
+        first, second = (
+            PosedPicture(picture, camera.lens, Recorded(camera.lens.size_px))
+            for picture, camera in zip(pictures, (one, other), strict=True)
+        )
+        note = repeated_note((one.name, other.name), first, second)
+        if note is not None:
+            return note if place == 0 else f"in observation {at}, {note}"
     return None
 
 

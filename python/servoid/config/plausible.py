@@ -1,4 +1,4 @@
-"""The largest lengths that are plausible; larger ones are probably in millimetres."""
+"""The largest lengths and speeds that are plausible; larger ones are probably in millimetres."""
 
 import math
 from collections.abc import Iterator
@@ -13,6 +13,9 @@ OBJECT_LEAST_M, OBJECT_MOST_M = 1e-3, 10.0
 FAR_M = 100.0
 """The distance from cameras to what they measure, and from an arm to where it may go."""
 
+WORLD_M = 1e4
+"""Coordinates in the world, whose origin may be far from the arm."""
+
 NEAR_M = 10.0
 """Offsets between what is mounted on an arm or a rig, such as a tool or two cameras, and between a
 hand and an object that it follows."""
@@ -22,6 +25,21 @@ REACH_M = 50.0
 
 SQUARE_M = 1.0
 """The side of a square on a printed board."""
+
+HAND_SPEED = 20.0
+"""The speed of a hand, in m/s: no arm is faster."""
+
+OBJECT_SPEED = 100.0
+"""The speed of an object beside an arm, in m/s."""
+
+BRAKING = 500.0
+"""The acceleration at which an arm brakes, in m/s²."""
+
+_QUANTITIES = {
+    "m": ("lengths", "metres", "millimetres"),
+    "m/s": ("speeds", "metres per second", "millimetres per second"),
+    "m/s²": ("accelerations", "metres per second squared", "millimetres per second squared"),
+}
 
 
 @dataclass(frozen=True)
@@ -35,13 +53,14 @@ class Most:
     unit: str = "m"
 
 
-def implausible(name: str, length: float, most: float, unit: str = "m") -> str | None:
-    """Return the message that refuses a length that is not plausible, else None."""
-    if not math.isfinite(length) or abs(length) <= most:
+def implausible(name: str, value: float, most: float, unit: str = "m") -> str | None:
+    """Return the message that refuses a length, or a speed, that is not plausible, else None."""
+    if not math.isfinite(value) or abs(value) <= most:
         return None
+    quantities, usual, small = _QUANTITIES[unit]
     return (
-        f"{name} is {digits(length)} {unit}, and more than {digits(most)} {unit} is not plausible; "
-        f"lengths are in metres: if it is in millimetres, write {digits(length / 1000.0)}"
+        f"{name} is {digits(value)} {unit}, and more than {digits(most)} {unit} is not plausible; "
+        f"{quantities} are in {usual}: if it is in {small}, write {digits(value / 1000.0)}"
     )
 
 

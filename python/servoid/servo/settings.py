@@ -8,15 +8,15 @@ from typing import Annotated, Any
 from msgspec import Meta
 
 from servoid.config.checked import Checked
-from servoid.config.plausible import FAR_M, NEAR_M, Most
+from servoid.config.plausible import BRAKING, FAR_M, HAND_SPEED, NEAR_M, OBJECT_SPEED, Most
 from servoid.config.strict import convert, read_toml
 from servoid.errors import ServoError, ServoidError
 
 Triple = tuple[float, float, float]
 _Corner = Annotated[Triple, Most(FAR_M)]
 _Near = Most(NEAR_M)  # distances of the hand from the object and other parts
-_Speed = Most(20.0, "m/s")  # no arm is faster
-_Braking = Most(500.0, "m/s²")
+_Speed = Most(HAND_SPEED, "m/s")
+_Braking = Most(BRAKING, "m/s²")
 
 
 class JointLaw(Enum):
@@ -102,7 +102,7 @@ class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
     ] = True
     horizon_s: Annotated[float, _from_0("how far ahead motion is extrapolated, s")] = 0.25
     linear_speed: Annotated[
-        float, Most(FAR_M, "m/s"), _above("maximum speed of the object, m/s")
+        float, Most(OBJECT_SPEED, "m/s"), _above("maximum speed of the object, m/s")
     ] = 1.0
     angular_speed: Annotated[float, _above("its maximum angular speed, rad/s")] = 6.0
     linear_jump: Annotated[float, _Near, _above("largest credible position error, m")] = 0.03

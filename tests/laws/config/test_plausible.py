@@ -55,6 +55,22 @@ def test_lengths_up_to_the_limits_are_taken() -> None:
         assert implausible("it", -1.001 * limit, limit) is not None
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("hand.linear_speed", 500.0, "speeds are in metres per second: if .* second, write 0.5"),
+        ("target.linear_speed", 1000.0, "100 m/s .* speeds are in .* per second, write 1$"),
+        ("safety.braking", 800.0, "accelerations are in .* millimetres per second squared, write"),
+    ],
+)
+def test_a_speed_in_millimetres_gets_the_advice_of_a_speed(
+    name: str, value: float, words: str
+) -> None:
+    with pytest.raises(ServoError, match=words) as refused:
+        changed(TrialSettings(), {f"servo.{name}": value}, "run.toml")
+    assert "length" not in str(refused.value)
+
+
 def test_a_path_in_millimetres_is_refused() -> None:
     with pytest.raises(SimError, match=r"'line:200@5s' is 200 m, .* write 0.2"):
         parse_path("line:200@5s")

@@ -4,6 +4,7 @@ from enum import Enum
 
 import numpy as np
 
+from servoid.config.plausible import WORLD_M
 from servoid.pose import Pose, exact
 from servoid.servo.belief.jumps import GateResult
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
@@ -59,10 +60,9 @@ ORDINARY = frozenset(
 # Reasons that hold the hand although the position of the target is known.
 LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT, Reason.STRAYED})
 _TOLERATED_JUMPS = 1
-_FARTHEST = 1e4  # m: beyond this distance, a pose is no place of an object or a hand
 
 
-def is_within_reason(pose: Pose, most_m: float = _FARTHEST) -> bool:
+def is_within_reason(pose: Pose, most_m: float = WORLD_M) -> bool:
     """Return whether a pose is finite, and not absurdly far away."""
     matrix = pose.matrix()
     return bool(np.isfinite(matrix).all() and np.abs(matrix[:3, 3]).max() <= most_m)

@@ -145,3 +145,17 @@ def test_an_arm_in_millimetres_is_refused(tmp_path: Path, known: KnownArm) -> No
     path = written(tmp_path, "arm.urdf", text)
     with pytest.raises(SimError, match=r"arm.urdf: the length of the arm .* is \d+.* write \d\.\d"):
         world_of(path, mount="flange", start=known.start)
+
+
+def test_an_arm_whose_base_stands_far_from_the_origin_of_its_file_is_no_long_arm(
+    tmp_path: Path,
+) -> None:
+    first = re.search(r'xyz="([^"]*)"/>(?=<axis)', UR5E.urdf)
+    assert first is not None
+    x, *others = first[1].split()
+    moved = f'xyz="{" ".join([str(float(x) + 60.0), *others])}"/>'
+    text = UR5E.urdf[: first.start()] + moved + UR5E.urdf[first.end() :]
+    arm = world_of(written(tmp_path, "arm.urdf", text), mount="flange", start=UR5E.start).arm
+    usual = world_of(written(tmp_path, "usual.urdf", UR5E.urdf), mount="flange", start=UR5E.start)
+    hands = [one.world_from_hand(one.state().positions).translation for one in (arm, usual.arm)]
+    assert np.subtract(*hands) == pytest.approx([60.0, 0.0, 0.0], abs=1e-6)

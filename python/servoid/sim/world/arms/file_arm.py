@@ -192,11 +192,16 @@ def _chain(spec: Any, mount: Any, name: str) -> list[Any]:
 
 
 def _check_reach(model: Any, mount: Any, name: str) -> None:
-    """Check that the links from the base to the mount are together as long as an arm can be."""
-    reach, body = 0.0, model.body(mount.name).id
+    """Check that the links from the first joint to the mount are as long as an arm can be.
+
+    Where the base stands in its file, far from the origin or not, is no part of them.
+    """
+    links, body = [], model.body(mount.name).id
     while body > 0:
-        reach += exact.norm(model.body_pos[body])
+        links.append(body)
         body = model.body_parentid[body]
+    jointed = max(at for at, link in enumerate(links) if model.body_jntnum[link])
+    reach = sum(exact.norm(model.body_pos[link]) for link in links[:jointed])
     absurd = implausible(f"{name}: the length of the arm from link to link", reach, REACH_M)
     if absurd is not None:
         raise SimError(f"{absurd} and so on in the file")

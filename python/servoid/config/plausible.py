@@ -1,7 +1,7 @@
 """The largest lengths and speeds that are plausible; larger ones are probably in millimetres."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args, get_origin
 
@@ -82,8 +82,12 @@ def implausible_setting(name: str, value: Any, kind: Any) -> str | None:
     return next((fault for fault in faults if fault is not None), None)
 
 
-def size_note(what: str, size_m: float) -> str | None:
-    """Report an object of a size that hardly any has; `what` names it, such as `the mesh`."""
+def size_note(what: str, sides_m: Iterable[float]) -> str | None:
+    """Report an object of a size that hardly any has; `what` names it, such as `the mesh`.
+
+    Its size is the longest of `sides_m`, those of the box around it along its own axes.
+    """
+    size_m = float(max(sides_m))
     if size_m > OBJECT_MOST_M:
         cure = "if its unit is the millimetre, scale it by 0.001"
     elif size_m < OBJECT_LEAST_M:

@@ -2,12 +2,18 @@
 
 import numpy as np
 
-from servoid._native import Body
+from servoid._native import Body, Pose
 from servoid.config.plausible import size_note
+from servoid.pose import exact
 
 
 def body_size_note(body: Body) -> str | None:
     """Report a body that is implausibly large or small for one in metres, else return None."""
-    reach = body.radii.max(axis=1, keepdims=True)
-    size_m = np.ptp(np.concatenate([body.centers - reach, body.centers + reach]), axis=0).max()
-    return size_note("the body", float(size_m))
+    reach = np.array(
+        [
+            exact.lengths(Pose.from_parts([0.0, 0.0, 0.0], turn).matrix()[:3, :3] * radii)
+            for turn, radii in zip(body.rotations, body.radii, strict=True)
+        ]
+    )
+    sides_m = (body.centers + reach).max(axis=0) - (body.centers - reach).min(axis=0)
+    return size_note("the body", sides_m)

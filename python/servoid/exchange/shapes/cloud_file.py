@@ -83,7 +83,7 @@ def read_cloud(path: Path) -> CloudFile:
         notes.append(f"{bad} of {len(points)} points {were(bad)} not finite and dropped")
     if header.element("face") is not None:
         notes.append("the faces were ignored")
-    size = size_note("the cloud", float(np.linalg.norm(np.ptp(points[finite], axis=0))))
+    size = size_note("the cloud", np.ptp(points[finite], axis=0))
     notes += [] if size is None else [size]
     normals = _read_normals(rows)
     colors = _read_colors(rows)

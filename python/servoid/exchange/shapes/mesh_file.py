@@ -60,7 +60,7 @@ def read_mesh(path: Path) -> MeshFile:
     with located(str(path)):
         _check_numbers(vertices, faces)
         vertices, faces, notes = close_mesh(vertices, faces)
-    note = size_note("the mesh", float(np.linalg.norm(np.ptp(vertices, axis=0))))
+    note = size_note("the mesh", np.ptp(vertices, axis=0))
     return MeshFile(vertices, faces, notes if note is None else (*notes, note))
 
 

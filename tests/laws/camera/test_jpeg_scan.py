@@ -86,6 +86,27 @@ def test_a_sector_of_noise_among_the_pixels_is_refused() -> None:
     assert count >= 95  # noise may begin with a mark of the end
 
 
+@pytest.mark.parametrize("quality", [30, 75, 95, 100])
+def test_a_sector_of_zeros_among_the_pixels_is_refused(quality: int) -> None:
+    rng = np.random.default_rng(0)
+    pixels = cv2.GaussianBlur(rng.integers(0, 255, (480, 640, 3)).astype(np.uint8), (0, 0), 2)
+    options = [cv2.IMWRITE_JPEG_QUALITY, quality]
+    data = bytearray(cv2.imencode(".jpg", pixels, options)[1].tobytes())
+    assert not is_scan_damaged(bytes(data))
+    at = int(rng.integers(pixels_at(bytes(data)), len(data) - 600))
+    data[at : at + 512] = bytes(512)
+    assert is_scan_damaged(bytes(data))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("level", [0, 128, 255])
+def test_an_image_of_one_color_is_whole(kind: str, level: int) -> None:
+    for shape in ((480, 640), (480, 640, 3)):
+        pixels = np.full(shape, level, np.uint8)
+        pixels[:100, :100] = 90
+        assert not is_scan_damaged(cv2.imencode(".jpg", pixels, KINDS[kind])[1].tobytes())
+
+
 @pytest.mark.extended
 def test_recorded_jpegs_are_whole() -> None:
     if not DATA.is_dir():

@@ -192,8 +192,13 @@ class Live:
 
     @property
     def is_over(self) -> bool:
-        """Return whether all devices played recordings that have ended."""
-        return all(grabber.has_ended for grabber in self._grabbers)
+        """Return whether all devices played recordings that have ended, up to the last image.
+
+        An observation that was not yet returned comes first.
+        """
+        if not all(grabber.has_ended for grabber in self._grabbers):
+            return False
+        return not any(self._are_fresh([grabber.shots() for grabber in self._grabbers]))
 
     def silence(self) -> str | None:
         """Return why no image comes, if no device has sent any for a while; else None."""
@@ -218,10 +223,7 @@ class Live:
         """Return what `newest` would, as recorded; each observation is returned by only one."""
         now_s = self._clock()
         shots = [grabber.shots() for grabber in self._grabbers]
-        fresh = [
-            bool(known) and known[-1].time_s > max(self._last_s + self._slack_s(place), used_s)
-            for place, (known, used_s) in enumerate(zip(shots, self._used_s, strict=True))
-        ]
+        fresh = self._are_fresh(shots)
         if not any(fresh) or self._is_awaiting(now_s, shots, fresh):
             return None
         # The newest instant for which all delivering devices have an image.
@@ -231,6 +233,13 @@ class Live:
         came = shots[place][-1].number - self._used_number[place]
         self._last_s, self._index = moment_s, self._index + (came if self._index >= 0 else 1)
         return self._observed(moment_s, now_s, shots)
+
+    def _are_fresh(self, shots: Sequence[tuple[Shot, ...]]) -> list[bool]:
+        """Return for each device whether its newest shot belongs to a new observation."""
+        return [
+            bool(known) and known[-1].time_s > max(self._last_s + self._slack_s(place), used_s)
+            for place, (known, used_s) in enumerate(zip(shots, self._used_s, strict=True))
+        ]
 
     def _slack_s(self, place: int) -> float:
         """Return how much later than an observation an image belongs to the next observation.

@@ -141,6 +141,17 @@ def test_a_film_that_breaks_off_says_so_with_its_last_image_and_is_over(tmp_path
     )
 
 
+def test_a_film_is_not_over_before_its_last_image_was_returned(tmp_path: Path) -> None:
+    path = film(tmp_path / "film.avi", rate_hz=100.0)
+    with Live(rig(str(path))) as source:
+        time.sleep(COUNT / 100.0 + 1.0)
+        assert not source.is_over
+        last = source.newest()
+        assert source.is_over
+    assert last is not None and last.images[0] is not None
+    assert last.images[0].mean() == pytest.approx(10.0 * (COUNT - 1), abs=3.0)
+
+
 class Gap:
     """A film whose times jump before its fourth image."""
 

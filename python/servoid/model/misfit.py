@@ -1,6 +1,6 @@
 """Finds contradictions between a modelled body, its masks and its views."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +82,7 @@ def far_note(body: Body, views: Sequence[View]) -> str | None:
     )
 
 
-def center_notes(views: Sequence[CaptureView]) -> list[str]:
+def center_notes(views: Iterable[CaptureView]) -> list[str]:
     """Report cameras of arrays whose K is probably that of images of another size.
 
     Those of files are checked with the whole calibration of their capture.

@@ -12,6 +12,7 @@ from servoid._native import Body, Estimate, Pose, View, pose_from_masks, silhoue
 from servoid.capture import Capture, CaptureView
 from servoid.errors import TrackError
 from servoid.model.marking import mark
+from servoid.model.misfit import center_notes
 from servoid.pose import exact
 from servoid.shape.placed import placed
 from servoid.shape.sizes import body_size_note
@@ -192,7 +193,8 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
         return _Known(made.body, made.body.world_from_object, masks, made.colors, made.all_notes)
     masks: Masks | None = None
     size = body_size_note(subject.body)
-    notes: tuple[str, ...] = () if size is None else (size,)
+    seen = (view for view in usable.all_views() if view.index == instant.index)
+    notes: tuple[str, ...] = (*(() if size is None else (size,)), *center_notes(seen))
     if subject.targets or any(view.index == instant.index for view in usable.views()):
         # A mask in a single camera does not determine the distance of the object.
         if subject.start is None:

@@ -24,7 +24,7 @@ from servoid.pose import Pose
 from servoid.servo import Joints, JointState
 from servoid.shape import Body
 from servoid.sim import write_sample
-from servoid.track import Tracker
+from servoid.track import Subject, Tracker, track_capture
 from servoid.view import write_report
 
 
@@ -208,3 +208,19 @@ def test_joints_take_lists_and_refuse_other_counts() -> None:
         Joints(names=("a", "b"), hand_count=2, **(rows | {"upper": [1]}))  # type: ignore[arg-type]
     with pytest.raises(ServoError, match=r"JointState\.positions must be a row of numbers"):
         JointState(0.0, ["a"], [0.0])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("far", [False, True])
+def test_tracking_arrays_notices_a_matrix_of_images_of_another_size(
+    far: bool, seen: list[CaptureView]
+) -> None:
+    body = fit(seen, max_ellipsoids=1, delta=0.0).body
+    matrix = seen[0].camera.matrix()
+    matrix[:2, 2] *= 0.5 if far else 1.0
+    camera = Camera.from_matrix(matrix, seen[0].camera.size_px)
+    image = PosedImage(
+        camera=camera, world_from_camera=seen[0].world_from_camera, image=seen[0].image()
+    )
+    subject = Subject(body=body, start=body.world_from_object)
+    (track,) = track_capture(capture_of([image, image], rate_hz=10.0), [subject])
+    assert any("far from the middle of its image" in note for note in track.notes) == far

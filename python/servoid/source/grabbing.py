@@ -30,6 +30,7 @@ class Video(Protocol):
 
     A driver whose device may be unplugged raises `LostDeviceError`, and has a method `reopened`
     that returns another `Video` of the same device. One that plays a recording raises `EndedError`.
+    One that may wait for long in `grab` has a method `interrupt`, which ends the wait.
     """
 
     def grab(self) -> bool:

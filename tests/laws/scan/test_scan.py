@@ -113,7 +113,11 @@ def test_a_printed_board_gives_metres(tmp_path: Path) -> None:
 
 
 @pytest.mark.extended
-def test_a_film_is_scanned_by_its_key_images(tmp_path: Path) -> None:
+def test_a_film_is_scanned_by_its_key_images(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Places are off by 0.09 mm, and by 0.07 mm with five times the features in twice the time.
+    monkeypatch.setattr("servoid.scan.matching._MOST_IN_FILM", 500)
     way = around(30, 25.0)
     film = write_film(tmp_path / "film.avi", draw(Room(), way))
     first, last = way[0][:3, 3], way[-1][:3, 3]

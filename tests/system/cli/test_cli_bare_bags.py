@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bag_writing import Entry, compressed, image, tf, write_bag
 from fake_tracker import plain_body
-from rooms_to_scan import AIM, FOCAL_PX, LENS, Room, around, draw
+from rooms_to_scan import AIM, FOCAL_PX, LENS, Room, around, draw, few_features
 from scenes_bags import FRAMES, SIZE_PX, link, only_camera, pixels, stamp, stereo_entries
 
 from conftest import Command
@@ -140,7 +140,10 @@ def filmed(path: Path, way: np.ndarray) -> Path:
 
 @pytest.mark.extended
 @pytest.mark.usefixtures("folder")
-def test_a_bag_without_a_calibration_is_scanned_and_modelled(servoid_command: Command) -> None:
+def test_a_bag_without_a_calibration_is_scanned_and_modelled(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few_features(monkeypatch)
     way = around(14, 70.0)
     filmed(Path("film.mcap"), way)
     middle = LENS.project(Pose(way[0]).inverse().transform(np.array([[*AIM[:2], 0.06]])))[0]

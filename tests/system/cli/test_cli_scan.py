@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import Command
-from rooms_to_scan import AIM, LENS, Room, around, draw, write_film, write_photos
+from rooms_to_scan import AIM, LENS, Room, around, draw, few_features, write_film, write_photos
 
 from servoid.capture import open_capture
 from servoid.pose import Pose
@@ -31,8 +31,11 @@ def test_a_wrong_scale_is_a_wrong_option(tmp_path: Path, servoid_command: Comman
 
 
 @pytest.mark.extended
-def test_a_film_and_a_click_give_a_body(tmp_path: Path, servoid_command: Command) -> None:
-    way = around(32, 60.0)
+def test_a_film_and_a_click_give_a_body(
+    tmp_path: Path, servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few_features(monkeypatch)
+    way = around(14, 70.0)
     film = write_film(tmp_path / "film.avi", draw(Room(seed=3), way))
     middle = LENS.project(Pose(way[0]).inverse().transform(np.array([[*AIM[:2], 0.06]])))[0]
     out = tmp_path / "body.json"

@@ -9,6 +9,7 @@ PYTHON ?= python3
 SECONDS ?= 3600
 HOURS ?= 24
 IMAGES ?= 100000
+WORKERS ?= auto
 CARGO ?= cargo
 BIN := .venv/bin
 # What the scripts share, and what has a target of its own.
@@ -16,7 +17,7 @@ NO_BENCHES := benches/scenes.py benches/track/sequences.py benches/servo/servo_t
     $(wildcard benches/trust/*.py)
 # A file's tests stay together, as they share what is drawn for them; files that take long go first,
 # in the order of tests/fixtures/tiers.py, so that no worker waits for another in the end.
-PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile \
+PYTEST := $(BIN)/python -m pytest --numprocesses $(WORKERS) --maxprocesses 4 --dist loadfile \
 	--no-loadscope-reorder
 
 # One interpreter for every build: a change of it would rebuild the binding.

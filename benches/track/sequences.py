@@ -133,7 +133,8 @@ class Recording:
     def many_views(self) -> Subject:
         """Return the object with its many-view body at its true first pose."""
         body = self.many_view_body
-        return Subject(body=body, start=self.world_from_mesh(0) @ body.world_from_object)
+        start = self.world_from_mesh(0) @ body.world_from_object
+        return Subject(body=body, start=start, known_shape=True)
 
     def track(self, subject: Subject | None = None, **options: Any) -> TrackResult:
         """Track the object, by default with a body from the first observation alone."""

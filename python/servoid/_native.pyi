@@ -672,6 +672,7 @@ class TrackSettings:
         local_colors: bool | None = None,
         adjust: bool | None = None,
         depth_from_motion: bool | None = None,
+        known_shape: bool | None = None,
     ) -> Self: ...
     @property
     def seed(self) -> int:
@@ -700,6 +701,9 @@ class TrackSettings:
     @property
     def depth_from_motion(self) -> bool:
         """Whether the distances of points that only one camera sees are estimated from motion."""
+    @property
+    def known_shape(self) -> bool:
+        """Whether the body has the object's shape on all sides, as one made from a mesh has."""
     def __eq__(self, value: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 
@@ -742,7 +746,8 @@ class Estimate:
         with the contrast of a pattern, and `reference_textured`, the usual number of those;
         `proved`, 1 if the object was never lost or is proved to be the lost one; `turn_rad`,
         `jitter_rad` and `drift_rad`, standard deviations of the orientation due to image noise,
-        from how poses differ from image to image without any motion, and since the first image.
+        from how poses differ from image to image without any motion, and since the first image;
+        `by_outline`, 1 if the outline of a known shape alone shows the orientation.
         """
     @property
     def status(self) -> str:

@@ -7,13 +7,16 @@ from pathlib import Path
 
 import numpy as np
 from scene_table import Figures, Scene, scene
-from trust_scenes import ALL_COURSES, COURSES, write_course
+from trust_scenes import ALL_COURSES, COURSES, mesh_of, write_course
 from trust_verdicts import Verdicts, verdicts
 
+from servoid import model
 from servoid.capture import open_capture
 from servoid.pose import Pose
 from servoid.record import read_trajectory
+from servoid.shape import Body
 from servoid.track import Request, Subject, track_capture
+from servoid_experiments.modelling.designs import DESIGNS
 from servoid_experiments.tracking.trial import known_of
 
 ELLIPSOIDS = 5
@@ -39,14 +42,23 @@ def true_poses(folder: Path) -> list[Pose]:
     return [point.world_from_object for point in points]
 
 
+@cache
+def known_body(name: str) -> Body:
+    """Model an object from views all around it, or from its mesh."""
+    if name in DESIGNS:
+        return known_of(name, ELLIPSOIDS).body
+    return model.fit_mesh(*mesh_of(name), model.Request(max_ellipsoids=ELLIPSOIDS)).body
+
+
 def followed(name: str, how: str, seed: int, folder: Path | None = None) -> Verdicts:
     """Track the object of a course, and judge the track."""
     folder = drawn_course(name, seed) if folder is None else folder
     course, truth = ALL_COURSES[name], true_poses(folder)
     subject = Subject()
     if how == KNOWN:
-        body = known_of(course.object_of(seed), ELLIPSOIDS).body
-        subject = Subject(body=body, start=truth[0] @ body.world_from_object)
+        body = known_body(course.object_of(seed))
+        start = truth[0] @ body.world_from_object
+        subject = Subject(body=body, start=start, known_shape=True)
     result = track_capture(open_capture(folder), [subject], Request(seed=seed))[0]
     return verdicts(result.tracked, truth, course.vertices(seed))
 

@@ -71,11 +71,36 @@ TOYS = {
     "spot": Toy(0.15, (0.75, 0.7, 0.65)),
 }
 _TOY = "toy "  # before the name of one
+SKITTLE = "skittle"  # turned on a lathe, and of one colour: nothing shows its spin
+_LATHED = ((-90, 20), (-60, 34), (-20, 36), (20, 20), (50, 14), (70, 19), (90, 12))  # mm: y, radius
+_PAINT = (0.8, 0.25, 0.2)
+
+
+def _lathed(profile_mm: Sequence[tuple[float, float]], heights: int = 60, sides: int = 64) -> Mesh:
+    """Return a closed surface of revolution about the y axis, by heights and radii."""
+    along, radii = 1e-3 * np.array(profile_mm).T
+    y = np.linspace(along[0], along[-1], heights)
+    around = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
+    radius = np.interp(y, along, radii)[:, None]
+    rings = np.stack(
+        np.broadcast_arrays(radius * np.sin(around), y[:, None], radius * np.cos(around)), axis=2
+    )
+    vertices = np.concatenate([rings.reshape(-1, 3), [[0.0, y[0], 0.0], [0.0, y[-1], 0.0]]])
+    one, on = np.arange(sides), (np.arange(sides) + 1) % sides
+    last, low, high = sides * (heights - 1), sides * heights, sides * heights + 1
+    faces = [np.stack([np.full(sides, low), on, one], axis=1)]
+    for ring in range(0, last, sides):
+        faces.append(np.stack([ring + one, ring + on, ring + sides + on], axis=1))
+        faces.append(np.stack([ring + one, ring + sides + on, ring + sides + one], axis=1))
+    faces.append(np.stack([np.full(sides, high), last + one, last + on], axis=1))
+    return vertices, np.concatenate(faces).astype(np.int64)
 
 
 @cache
 def mesh_of(name: str) -> Mesh:
     """Return vertices (N, 3) in metres and faces (M, 3) of an object, in its own frame."""
+    if name == SKITTLE:
+        return _lathed(_LATHED)
     if not name.startswith(_TOY):
         design = design_of(name)
         return design.vertices, design.faces
@@ -88,9 +113,10 @@ def mesh_of(name: str) -> Mesh:
 
 def parts_of(name: str) -> tuple[Visual, ...] | None:
     """Return what a toy is drawn as; nothing for the world's own objects, which it draws itself."""
-    if not name.startswith(_TOY):
+    if name != SKITTLE and not name.startswith(_TOY):
         return None
-    finish = Finish(color=TOYS[name.removeprefix(_TOY)].color, gloss=GLOSS)
+    color = _PAINT if name == SKITTLE else TOYS[name.removeprefix(_TOY)].color
+    finish = Finish(color=color, gloss=GLOSS)
     return (Visual(MeshShape(*mesh_of(name)), finish, OBJECT),)
 
 
@@ -154,7 +180,9 @@ TOY_COURSES = {
     "toys": Course(_ALL_TOYS, 60, 3.0, turned_deg=sway),
     "toys that turn": Course(_ALL_TOYS, 60, 3.0, turned_deg=on_and_on),
 }
-ALL_COURSES = COURSES | TOY_COURSES  # the toys only where their meshes lie beside the repository
+SKITTLES = {"skittle": Course((SKITTLE,), 60, 3.0, turned_deg=on_and_on)}
+# The toys only where their meshes lie beside the repository.
+ALL_COURSES = COURSES | SKITTLES | TOY_COURSES
 
 
 def write_course(folder: Path, name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path:

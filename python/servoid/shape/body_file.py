@@ -21,6 +21,7 @@ from servoid.shape.layout import lay_out
 from servoid.words import counted
 
 _UNIT_TOLERANCE = 1e-3
+_ALL_AROUND = 0.9  # share of the surface that was seen from which on the shape counts as known
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -100,6 +101,13 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             raise BodyError(
                 f"appearance is damaged ({error}); leave it out or save the body again"
             ) from error
+
+    @property
+    def is_known_all_around(self) -> bool:
+        """Return whether the body was made from a mesh, or nearly all its surface was seen."""
+        if self.seen is not None:
+            return self.seen.share >= _ALL_AROUND
+        return self.made_by is not None and not self.made_by.views and not self.made_by.targets
 
     def body(self) -> Body:
         """Return the body itself.

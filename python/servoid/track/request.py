@@ -36,7 +36,9 @@ class Subject:
     Without `body` it is modelled from the first observation. `start` is world_from_object in the
     first observation. `targets` mark the object there; without targets, the capture's masks do.
     `colors` are the colours of the body's ellipsoids, (K, 3) uint8 RGB, saved with it. `appearance`
-    is used to find the object if neither start, target nor mask locates it.
+    is used to find the object if neither start, target nor mask locates it. `known_shape` states
+    whether the body has the object's shape on all sides, as one made from a mesh has: then its
+    outline outweighs shading, which slides along an object without print.
     """
 
     name: str = "object"
@@ -45,12 +47,18 @@ class Subject:
     targets: tuple[Target, ...] = ()
     colors: NDArray[np.uint8] | None = None
     appearance: bytes | None = None
+    known_shape: bool = False
 
     def __post_init__(self) -> None:
         if self.start is not None and self.body is None:
             raise TrackError(
                 f"a start for '{self.name}' is the pose of a body, and no body was given; give "
                 "the body too, or leave the start out"
+            )
+        if self.known_shape and self.body is None:
+            raise TrackError(
+                f"the shape of '{self.name}' is said to be known, but no body was given; give the "
+                "body too"
             )
 
 
@@ -111,8 +119,12 @@ class Request:
         """Return whether the body of a subject evolves."""
         return subject.body is None if self.evolve is None else self.evolve
 
-    def options(self) -> dict[str, int | float | bool | None]:
-        """Return the settings of the core, by their names there."""
+    def options(self, subject: Subject | None = None) -> dict[str, int | float | bool | None]:
+        """Return the settings of the core for a subject, by their names there."""
         names = ("seed", "population", "generations", "budget_s")
         terms = ("surface", "region", "local_colors", "adjust", "depth_from_motion")
-        return {name: getattr(self, name) for name in (*names, *terms)}
+        chosen = {name: getattr(self, name) for name in (*names, *terms)}
+        knows = subject is not None and subject.known_shape and not self.evolves(subject)
+        if knows and self.method is Method.REGION:
+            chosen["known_shape"] = True
+        return chosen

@@ -114,12 +114,12 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     known = _look(capture, instant, subject, request)
     cameras = cameras_of(capture)
     make = request.maker or request.method.maker
-    tracker = make(cameras, known.body, request.options())
+    tracker = make(cameras, known.body, request.options(subject))
     called = time.perf_counter()
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
     unlike = known.pose is not None and _looks_otherwise(
-        lambda: make(cameras, known.body, request.options()), instant, subject, known.pose
+        lambda: make(cameras, known.body, request.options(subject)), instant, subject, known.pose
     )
     doubt = _OTHER if subject.start is None else _UNLIKE
     return Followed(

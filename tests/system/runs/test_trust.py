@@ -80,6 +80,22 @@ def test_a_plain_object_sways_as_its_outline_tells_not_its_shading(seed: int, co
     assert plain_sway.beyond(off_figures(found)) == []
 
 
+@pytest.mark.parametrize("seed", tiered(range(1, 6, 2), 1))
+def test_the_outline_of_a_known_shape_tells_its_turn_where_nothing_is_printed(
+    seed: int, course: Draw
+) -> None:
+    found = followed("plain", KNOWN, seed, course("plain", seed))
+    told = found.tracking
+    assert told.mean() >= 0.3 and not found.trusted_wrong.any()  # 0.44 to 0.51 was measured
+    assert np.degrees(found.turn[told].max()) < 5.0  # 2.2 to 2.8
+
+
+@pytest.mark.parametrize(("how", "seed"), tiered(list(product((KNOWN, LOOKED_AT), range(3))), 1))
+def test_nothing_tells_the_spin_of_a_plain_skittle(how: str, seed: int, course: Draw) -> None:
+    found = followed("skittle", how, seed, course("skittle", seed))
+    assert not found.trusted_wrong.any() and found.tracking.mean() <= 0.1
+
+
 @pytest.mark.parametrize("seed", tiered((2, 3, 8), 1))
 def test_the_shading_of_a_smooth_toy_is_no_pattern_by_which_its_turn_is_trusted(
     seed: int, course: Draw

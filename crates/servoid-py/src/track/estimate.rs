@@ -83,7 +83,8 @@ impl Estimate {
     /// with the contrast of a pattern, and `reference_textured`, the usual number of those;
     /// `proved`, 1 if the object was never lost or is proved to be the lost one; `turn_rad`,
     /// `jitter_rad` and `drift_rad`, standard deviations of the orientation due to image noise,
-    /// from how poses differ from image to image without any motion, and since the first image.
+    /// from how poses differ from image to image without any motion, and since the first image;
+    /// `by_outline`, 1 if the outline of a known shape alone shows the orientation.
     #[getter]
     fn evidence<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(core::Evidence {
@@ -95,6 +96,7 @@ impl Estimate {
             turn_rad,
             jitter_rad,
             drift_rad,
+            by_outline,
         }) = self.core.evidence
         else {
             return Ok(None);
@@ -109,6 +111,7 @@ impl Estimate {
             ("turn_rad", turn_rad),
             ("jitter_rad", jitter_rad),
             ("drift_rad", drift_rad),
+            ("by_outline", f64::from(u8::from(by_outline))),
         ] {
             out.set_item(name, value)?;
         }
@@ -182,7 +185,7 @@ impl Estimate {
         let Self { core: it, notices } = slf.get();
         let evidence = it.evidence.map(|e| {
             let counts = [e.share, e.recognised, e.textured, e.reference_textured];
-            (counts, e.proved, [e.turn_rad, e.jitter_rad, e.drift_rad])
+            (counts, [e.proved, e.by_outline], [e.turn_rad, e.jitter_rad, e.drift_rad])
         });
         let core::Timing { prepare, search, refine, verify, update } = it.timing;
         let keyframes = it.keyframes.map(|one| one.map(|(number, pose)| (number, Pose(pose))));
@@ -220,7 +223,7 @@ impl Estimate {
         let (Some(status), 36) = (status, covariance.len()) else {
             return Err(named("TrackError", "these parts do not make an estimate".into()));
         };
-        let evidence = evidence.map(|(counts, proved, turns)| {
+        let evidence = evidence.map(|(counts, [proved, by_outline], turns)| {
             let (
                 [share, recognised, textured, reference_textured],
                 [turn_rad, jitter_rad, drift_rad],
@@ -234,6 +237,7 @@ impl Estimate {
                 turn_rad,
                 jitter_rad,
                 drift_rad,
+                by_outline,
             }
         });
         let [prepare, search, refine, verify, update] =
@@ -257,7 +261,7 @@ impl Estimate {
     }
 }
 
-type EvidenceParts = ([f64; 4], bool, [f64; 3]);
+type EvidenceParts = ([f64; 4], [bool; 2], [f64; 3]);
 
 type Parts = (
     (f64, Pose, f64),

@@ -22,7 +22,7 @@ taken_in_words!(
     "make one with servoid.track.TrackSettings"
 );
 
-const NAMES: [&str; 9] = [
+const NAMES: [&str; 10] = [
     "seed",
     "population",
     "generations",
@@ -32,6 +32,7 @@ const NAMES: [&str; 9] = [
     "local_colors",
     "adjust",
     "depth_from_motion",
+    "known_shape",
 ];
 
 hashed_by_seed!(TrackSettings);
@@ -40,7 +41,7 @@ hashed_by_seed!(TrackSettings);
 impl TrackSettings {
     #[new]
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
-    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None, depth_from_motion=None))]
+    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None, depth_from_motion=None, known_shape=None))]
     fn new(
         seed: Option<&Bound<'_, PyAny>>,
         population: Option<&Bound<'_, PyAny>>,
@@ -51,6 +52,7 @@ impl TrackSettings {
         local_colors: Option<&Bound<'_, PyAny>>,
         adjust: Option<&Bound<'_, PyAny>>,
         depth_from_motion: Option<&Bound<'_, PyAny>>,
+        known_shape: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let mut it = core::TrackSettings::default();
         SETTINGS.put(&mut it.seed, "seed", seed)?;
@@ -62,6 +64,7 @@ impl TrackSettings {
         SETTINGS.put(&mut it.local_colors, "local_colors", local_colors)?;
         SETTINGS.put(&mut it.adjust, "adjust", adjust)?;
         SETTINGS.put(&mut it.depth_from_motion, "depth_from_motion", depth_from_motion)?;
+        SETTINGS.put(&mut it.known_shape, "known_shape", known_shape)?;
         it.checked().map(Self).map_err(raise)
     }
 
@@ -117,6 +120,12 @@ impl TrackSettings {
     #[getter]
     fn depth_from_motion(&self) -> bool {
         self.0.depth_from_motion
+    }
+
+    /// Whether the body has the object's shape on all sides, as one made from a mesh has.
+    #[getter]
+    fn known_shape(&self) -> bool {
+        self.0.known_shape
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {

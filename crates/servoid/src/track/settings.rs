@@ -28,6 +28,10 @@ pub struct TrackSettings {
     /// start, beginning with a wide guess. Otherwise this starts once the body is found to be
     /// inaccurate. An object that hardly rotates is tracked better without it.
     pub depth_from_motion: bool,
+    /// Whether the body has the object's shape on all sides, as one made from a mesh has. Its
+    /// outline then outweighs surface points that only shading shows, since these slide along the
+    /// surface.
+    pub known_shape: bool,
     /// Most surface points compared per camera.
     pub points: usize,
     /// Least share of what should be visible of an object to trust the pose of one that was not
@@ -53,6 +57,7 @@ impl Default for TrackSettings {
             local_colors: true,
             adjust: true,
             depth_from_motion: false,
+            known_shape: false,
             points: 80,
             trusted: 0.5,
             held: 0.35,

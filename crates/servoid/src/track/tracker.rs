@@ -19,7 +19,7 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
 use super::target::solid::Solid;
-use super::trust::{CLEAR, Trust, is_turn_reliable, shows_turn};
+use super::trust::{CLEAR, Trust, is_turn_reliable, lever, shows_turn};
 use super::update::detect::Cells;
 use super::update::growth::Evolving;
 use crate::camera::{Camera, Observation};
@@ -77,8 +77,7 @@ impl Tracker {
         if cameras.is_empty() {
             return Err(TrackError::NoCamera);
         }
-        let mut target = Target::new(body, settings.local_colors);
-        target.relief.is_open = settings.depth_from_motion;
+        let target = Target::new(body, &settings);
         Ok(Self {
             settings,
             frame: Frame::new(cameras),
@@ -257,8 +256,14 @@ impl Tracker {
         if self.status == Status::Tracking { beyond.clamp(LEAST_MARGIN, MARGIN) } else { MARGIN }
     }
 
-    /// Collects the evidence for a pose; `noise` is its covariance due to image noise.
-    pub(super) fn evidence(&self, quality: &Quality, noise: &Matrix6<f64>) -> Evidence {
+    /// Collects the evidence for a pose; `noise` is its covariance due to image noise, and
+    /// `by_outline` states whether the outline alone shows its orientation.
+    pub(super) fn evidence(
+        &self,
+        quality: &Quality,
+        noise: &Matrix6<f64>,
+        by_outline: bool,
+    ) -> Evidence {
         let turn = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
         let open = self.frame.open().max(1) as f64;
         let (recognised, textured) = (quality.recognised / open, quality.textured / open);
@@ -271,12 +276,13 @@ impl Tracker {
             reference_textured: if reference > 0.0 { reference } else { textured },
             proved: self.trust.is_proved(),
             turn_rad: turn(noise),
-            drift_rad: self.target.points.turn_variance().sqrt(),
+            drift_rad: if by_outline { 0.0 } else { self.target.points.turn_variance().sqrt() },
             jitter_rad: if self.jitter.is_measured() {
                 turn(&self.jitter.covariance())
             } else {
                 UNMEASURED
             },
+            by_outline,
         }
     }
 
@@ -287,9 +293,10 @@ impl Tracker {
     }
 
     /// Returns the covariance of a pose: by the images, by how poses differ without motion, and by
-    /// the drift since the first image.
-    pub(super) fn covariance(&self, by_images: &Uncertainty) -> Matrix6<f64> {
-        by_images.covariance + self.jitter.covariance() + self.drift_covariance()
+    /// the drift since the first image, unless the outline alone shows the orientation.
+    pub(super) fn covariance(&self, by_images: &Uncertainty, by_outline: bool) -> Matrix6<f64> {
+        let drift = if by_outline { Matrix6::zeros() } else { self.drift_covariance() };
+        by_images.covariance + self.jitter.covariance() + drift
     }
 
     /// Makes an estimate from a hypothesis.
@@ -306,11 +313,14 @@ impl Tracker {
         if followed {
             self.doubt_turn(observation, &hypothesis.pose);
         }
-        let evidence = self.evidence(&hypothesis.quality, &known.covariance);
         let located = followed && self.is_located(&hypothesis.quality);
-        let shows = shows_turn(&evidence, self.printed(&hypothesis.quality))
-            && self.is_finely_patterned(&hypothesis.quality)
-            && self.believes_relief(&hypothesis.quality);
+        let by_outline = located && self.is_turn_outlined(hypothesis, &known.covariance);
+        let evidence = self.evidence(&hypothesis.quality, &known.covariance, by_outline);
+        let shows = by_outline
+            || shows_turn(&evidence, self.printed(&hypothesis.quality))
+                && self.is_finely_patterned(&hypothesis.quality)
+                && self.is_turn_visible(&hypothesis.quality, lever(hypothesis, radius))
+                && self.believes_relief(&hypothesis.quality);
         let most_drift = self.trust.most_drift(self.target.relief.is_open);
         let is_reliable = located && shows && is_turn_reliable(&evidence, most_drift);
         self.trust.is_oriented = is_reliable;
@@ -327,7 +337,7 @@ impl Tracker {
         Estimate {
             time_s: observation.time_s,
             world_from_object: if followed { hypothesis.pose } else { self.motion.last() },
-            covariance: self.covariance(&known),
+            covariance: self.covariance(&known, by_outline),
             unobservable: known.unobservable,
             confidence: if followed { evidence.probability() } else { unseen(self.status) },
             evidence: followed.then_some(evidence),

@@ -138,4 +138,5 @@ def _subject(
         targets=tuple(parse_target(text) for text in targets),
         colors=None if file is None else file.colors(),
         appearance=None if file is None else file.look(),
+        known_shape=file is not None and file.is_known_all_around,
     )

@@ -304,9 +304,9 @@ mod tests {
     use super::*;
     use crate::pose::Twist;
     use crate::shape::{Body, Ellipsoid};
-    use crate::track::Status;
     use crate::track::target::feature::tests::feature;
     use crate::track::trust::tests::tracker;
+    use crate::track::{Status, TrackSettings};
 
     fn keyframe_pose(turned: f64) -> KeyframePose {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
@@ -330,7 +330,7 @@ mod tests {
     fn target() -> Target {
         let ball = Ellipsoid::new(0, [0.0; 3], [0.05; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
         let body = Body::new(Pose::identity(), vec![ball]).unwrap();
-        let mut target = Target::new(&body, false);
+        let mut target = Target::new(&body, &TrackSettings::default());
         for number in 0..3 {
             let keyframe_pose = keyframe_pose(0.2 * number as f64);
             let pose = keyframe_pose.world_from_object;

@@ -27,6 +27,7 @@ use self::sides::Sides;
 use self::solid::Solid;
 use crate::camera::Channels;
 use crate::shape::Body;
+use crate::track::settings::TrackSettings;
 
 /// All that is known of the object: its shape, its appearance, and how well it is recognised while
 /// it is tracked.
@@ -48,17 +49,18 @@ pub(super) struct Target {
 
 impl Target {
     /// Starts with a body of which nothing else is known.
-    pub(super) fn new(body: &Body, local_colors: bool) -> Self {
+    pub(super) fn new(body: &Body, settings: &TrackSettings) -> Self {
         let solid = Solid::new(body);
+        let bias = if settings.known_shape { Bias::of_known_shape } else { Bias::unknown };
         Self {
             body: body.clone(),
-            bias: Bias::unknown(solid.radius),
+            bias: bias(solid.radius),
             offsets: ContourOffsets::unknown(body.ellipsoids().len()),
             solid,
             points: Points::default(),
-            relief: Relief::new(false),
+            relief: Relief::new(settings.depth_from_motion),
             ranges: Ranges::default(),
-            colors: Colors::new(local_colors),
+            colors: Colors::new(settings.local_colors),
             keyframes: Keyframes::default(),
             sides: Sides::default(),
             reference: Reference::default(),

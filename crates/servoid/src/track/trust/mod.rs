@@ -1,8 +1,12 @@
 //! Decides what is reported of a pose that is followed and what may be learned from it, by the
 //! thresholds here. The shares from which on a pose is followed are settings.
 
+mod outline;
+mod print;
 mod state;
 
+pub(super) use self::outline::lever;
+pub(super) use self::print::is_plain;
 pub(super) use self::state::Trust;
 use super::estimate::Status;
 use super::pose::confidence::Evidence;
@@ -10,7 +14,6 @@ use super::pose::hypothesis::Hypothesis;
 use super::pose::verify::Quality;
 use super::settings::TrackSettings;
 use super::target::Target;
-use super::target::reference::Reference;
 use super::tracker::Tracker;
 use super::update::Updates;
 use crate::pose::Pose;
@@ -32,12 +35,6 @@ const LIKELY: f64 = 0.8;
 const FEW_RECOGNISED: f64 = 8.0;
 const SOME: f64 = 18.0;
 const RICH: f64 = 22.0;
-/// Mean share of the recognised surface points with the contrast of a pattern, from which on the
-/// object counts as patterned. Shading alone gives most points of a glossy toy that contrast.
-const MOSTLY: f64 = 0.85;
-/// Mean share of the recognised surface points that must be finely patterned for the orientation to
-/// be reported: the shading of a smooth toy has the contrast of a pattern, but varies slowly.
-const FINELY: f64 = 0.5;
 /// Share of what should be visible from which on the orientation is reported by points that only
 /// one camera sees, where keyframes do not confirm the body by which their distances were guessed.
 const GUESSED: f64 = 0.88;
@@ -83,26 +80,7 @@ pub(super) fn is_turn_reliable(evidence: &Evidence, most_rad: f64) -> bool {
     evidence.drifts_little(most_rad) && evidence.probability() >= LIKELY
 }
 
-/// Returns whether an object showed so little of a pattern, in so many cameras, that its surface
-/// points are shading and highlights: these slide along the surface while it turns, all together,
-/// and would take its pose along. So they do not measure it, unless there is nothing else.
-pub(super) fn is_plain(settings: &TrackSettings, reference: &Reference, cameras: usize) -> bool {
-    let Reference { printed_share, most_printed, most_textured, .. } = *reference;
-    let shows_little = most_printed < MOSTLY && most_textured < RICH * cameras as f64;
-    settings.region && printed_share.is_some() && shows_little
-}
-
 impl Tracker {
-    pub(super) fn is_plain(&self) -> bool {
-        is_plain(&self.settings, &self.target.reference, self.frame.cameras.len())
-    }
-
-    /// Returns whether the object showed a pattern that is finer than shading, on any side.
-    pub(super) fn is_finely_patterned(&self, quality: &Quality) -> bool {
-        let Reference { fine_share, most_fine, .. } = self.target.reference;
-        fine_share.map_or(quality.fine_share(), |_| most_fine) >= FINELY
-    }
-
     /// Returns the share of what should be visible from which on a pose is accepted.
     pub(super) fn least_share(&self) -> f64 {
         let TrackSettings { trusted, held, .. } = self.settings;
@@ -205,15 +183,6 @@ impl Tracker {
         hypothesis.quality.share *= PENALTY * self.settings.trusted;
     }
 
-    /// Returns whether most of what is usually recognised is a pattern, and enough of it is seen, at
-    /// measured distances, to hold the pose: only then does the tracker learn where the object's
-    /// boundary is.
-    pub(super) fn is_patterned(&self, quality: &Quality) -> bool {
-        let is_from_body = self.target.points.are_from_body(&self.workspace.matches);
-        let is_printed = self.target.reference.printed_share.is_some_and(|part| part >= MOSTLY);
-        !is_from_body && is_printed && self.printed(quality) >= SOME
-    }
-
     /// Returns what may be updated by a pose that is followed.
     pub(super) fn allowed_updates(&mut self, quality: &Quality) -> Updates {
         let located = self.is_located(quality);
@@ -228,6 +197,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::camera::Camera;
     use crate::shape::{Body, Ellipsoid};
+    use crate::track::target::reference::Reference;
 
     /// Makes a tracker that has seen an object with some surface points.
     pub(crate) fn tracker(status: Status, recognised: f64) -> Tracker {
@@ -242,7 +212,7 @@ pub(crate) mod tests {
         tracker
     }
 
-    fn quality(share: f64, recognised: f64) -> Quality {
+    pub(super) fn quality(share: f64, recognised: f64) -> Quality {
         let (visible, ratio, outline) = (share, 1.0, 1.0);
         let (support, textured, printed, fine) = (recognised, recognised, recognised, recognised);
         Quality { visible, share, support, recognised, textured, printed, fine, ratio, outline }
@@ -280,7 +250,7 @@ pub(crate) mod tests {
     /// radians.
     fn reliable(tracker: &Tracker, quality: &Quality, turn_rad: f64) -> bool {
         let now = Matrix6::identity() * (turn_rad * turn_rad);
-        let evidence = tracker.evidence(quality, &now);
+        let evidence = tracker.evidence(quality, &now, false);
         shows_turn(&evidence, tracker.printed(quality)) && is_turn_reliable(&evidence, ADRIFT_RAD)
     }
 
@@ -312,55 +282,12 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_varies_as_slowly_as_shading_is_no_fine_pattern_unless_one_was_seen_before() {
-        let mut toy = tracker(Status::Tracking, 60.0);
-        let smooth = Quality { fine: 20.0, ..quality(1.0, 60.0) };
-        assert!(!toy.is_finely_patterned(&smooth));
-        assert!(
-            toy.is_finely_patterned(&quality(1.0, 60.0)),
-            "the first image is all that is known"
-        );
-        toy.target.reference.begin(&smooth);
-        assert!(!toy.is_finely_patterned(&quality(1.0, 60.0)), "a single image");
-        for _ in 0..40 {
-            toy.target.reference.follow(&quality(1.0, 60.0), 0.5);
-        }
-        assert!(toy.is_finely_patterned(&smooth), "one that turned its label away");
-    }
-
-    #[test]
     fn print_keeps_the_orientation_reliable_while_it_shows_little_contrast() {
         let mut pale = tracker(Status::Tracking, 60.0);
         pale.target.reference.textured = 17.0;
         let printed = Quality { textured: 5.0, ..quality(1.0, 60.0) };
         assert!(reliable(&pale, &printed, 1e-3));
         assert!(!reliable(&pale, &Quality { printed: 17.0, ..printed }, 1e-3));
-    }
-
-    #[test]
-    fn an_object_is_plain_only_once_little_of_it_proved_to_be_printed() {
-        for cameras in 1..4 {
-            let settings = TrackSettings::default();
-            let is_plain = |reference: &Reference| is_plain(&settings, reference, cameras);
-            let seen = |share: f64, textured: f64| {
-                let (few, many) = (textured * cameras as f64, 100.0);
-                let quality = quality(1.0, many);
-                Quality { textured: few, printed: share * many, ..quality }
-            };
-            let begun = |share: f64, textured: f64| {
-                let mut reference = Reference::default();
-                reference.begin(&seen(share, textured));
-                reference
-            };
-            assert!(!is_plain(&Reference::default()), "one never seen");
-            assert!(is_plain(&begun(0.0, 0.0)) && is_plain(&begun(0.5, 0.9 * RICH)));
-            assert!(!is_plain(&begun(MOSTLY, 0.2 * RICH)), "one far away, with print");
-            let mut labelled = begun(0.5, 1.1 * RICH);
-            for _ in 0..500 {
-                assert!(!is_plain(&labelled), "one that turned its label away");
-                labelled.follow(&seen(0.1, 2.0), 0.5);
-            }
-        }
     }
 
     #[test]

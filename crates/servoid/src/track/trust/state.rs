@@ -42,6 +42,8 @@ pub(in crate::track) struct Trust {
     /// Whether it was ever proved: only then may it have turned, while unseen, to a side that looks
     /// like a known one.
     pub(super) confirmed: bool,
+    /// Whether it was followed in all images since its pose was given.
+    is_continuous: bool,
     /// Whether the orientation was reported last.
     pub(in crate::track) is_oriented: bool,
     /// Images since the orientation was last known well.
@@ -59,7 +61,8 @@ impl Trust {
     /// Starts with an object whose pose was given; `confirmed` states whether the images confirm
     /// it.
     pub(in crate::track) fn given(confirmed: bool) -> Self {
-        Self { unseen: usize::from(!confirmed), started: true, confirmed, ..Self::unstarted() }
+        let (unseen, is_continuous) = (usize::from(!confirmed), confirmed);
+        Self { unseen, started: true, confirmed, is_continuous, ..Self::unstarted() }
     }
 
     pub(in crate::track) fn is_started(&self) -> bool {
@@ -68,6 +71,10 @@ impl Trust {
 
     pub(in crate::track) fn is_proved(&self) -> bool {
         self.proved
+    }
+
+    pub(in crate::track) fn is_continuous(&self) -> bool {
+        self.is_continuous
     }
 
     /// Returns whether the object was tracked and never missed since.
@@ -92,6 +99,7 @@ impl Trust {
 
     pub(in crate::track) fn miss(&mut self) {
         self.unseen += 1;
+        self.is_continuous = false;
     }
 
     /// Counts an accepted pose as proved if enough is seen at it, or if the last pose was proved
@@ -107,6 +115,7 @@ impl Trust {
         let (again, part) = PROVING_SHARES;
         let least = if self.confirmed { again } else { FOUND };
         self.proved &= goes_on;
+        self.is_continuous &= goes_on;
         self.proved |= quality.share >= least && quality.recognised >= part * reference.recognised;
         // No look-alike shows so many points of a pattern, and no alias of the pose as much as
         // usual.
@@ -154,6 +163,26 @@ impl Trust {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pose::Pose;
+    use crate::track::pose::hypothesis::Hypothesis;
+
+    #[test]
+    fn an_object_is_followed_continuously_only_since_its_pose_was_given_and_up_to_a_jump_or_a_miss()
+    {
+        assert!(!Trust::unstarted().is_continuous() && !Trust::given(false).is_continuous());
+        let (quality, reference) =
+            (Hypothesis::nothing(Pose::identity(), 0.05).quality, Reference::default());
+        let mut trust = Trust::given(true);
+        trust.accept(&quality, &reference, true, 0.0);
+        assert!(trust.is_continuous());
+        let mut jumped = trust.clone();
+        jumped.accept(&quality, &reference, false, 0.0);
+        trust.miss();
+        for mut later in [jumped, trust] {
+            later.accept(&quality, &reference, true, 0.0);
+            assert!(!later.is_continuous());
+        }
+    }
 
     #[test]
     fn where_motion_gives_the_distances_a_lost_orientation_is_reported_again_only_with_a_margin() {

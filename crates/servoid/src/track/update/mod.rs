@@ -58,8 +58,8 @@ impl Tracker {
                 .follow(&hypothesis.quality, (hypothesis.pose.translation() - eye).norm());
             self.keep_views(observation, &hypothesis.pose);
             if self.is_patterned(&hypothesis.quality) {
-                let pose =
-                    self.covariance(&uncertainty(&hypothesis.normal, self.target.solid.radius));
+                let pose = self
+                    .covariance(&uncertainty(&hypothesis.normal, self.target.solid.radius), false);
                 self.target.offsets.learn(&self.workspace.edges, &pose);
             }
         }

@@ -1,0 +1,119 @@
+//! Whether an object is printed, or shows nothing but shading and highlights.
+
+use super::{RICH, SOME};
+use crate::track::pose::verify::Quality;
+use crate::track::settings::TrackSettings;
+use crate::track::target::reference::Reference;
+use crate::track::tracker::Tracker;
+
+/// Mean share of the recognised surface points with the contrast of a pattern, from which on the
+/// object counts as patterned. Shading alone gives most points of a glossy toy that contrast.
+const MOSTLY: f64 = 0.85;
+/// Mean share of the recognised surface points that must be finely patterned for the orientation to
+/// be reported: the shading of a smooth toy has the contrast of a pattern, but varies slowly.
+const FINELY: f64 = 0.7;
+
+/// Returns whether an object showed so little of a pattern, in so many cameras, that its surface
+/// points are shading and highlights: these slide along the surface while it turns, all together,
+/// and would take its pose along. So they do not measure it, unless there is nothing else. Where the
+/// object's shape is known, all that is not finely patterned counts as shading.
+pub(in crate::track) fn is_plain(
+    settings: &TrackSettings,
+    reference: &Reference,
+    cameras: usize,
+) -> bool {
+    let Reference { printed_share, most_printed, most_textured, most_fine, .. } = *reference;
+    let shows_little = most_printed < MOSTLY && most_textured < RICH * cameras as f64;
+    let is_smooth = settings.known_shape && most_fine < FINELY;
+    settings.region && printed_share.is_some() && (shows_little || is_smooth)
+}
+
+impl Tracker {
+    pub(in crate::track) fn is_plain(&self) -> bool {
+        is_plain(&self.settings, &self.target.reference, self.frame.cameras.len())
+    }
+
+    /// Returns whether the object showed a pattern that is finer than shading, on any side.
+    pub(in crate::track) fn is_finely_patterned(&self, quality: &Quality) -> bool {
+        let Reference { fine_share, most_fine, .. } = self.target.reference;
+        fine_share.map_or(quality.fine_share(), |_| most_fine) >= FINELY
+    }
+
+    /// Returns whether most of what is usually recognised is a pattern, and enough of it is seen, at
+    /// measured distances, to hold the pose: only then does the tracker learn where the object's
+    /// boundary is.
+    pub(in crate::track) fn is_patterned(&self, quality: &Quality) -> bool {
+        let is_from_body = self.target.points.are_from_body(&self.workspace.matches);
+        let is_printed = self.target.reference.printed_share.is_some_and(|part| part >= MOSTLY);
+        !is_from_body && is_printed && self.printed(quality) >= SOME
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{quality, tracker};
+    use super::*;
+    use crate::track::Status;
+
+    #[test]
+    fn what_varies_as_slowly_as_shading_is_no_fine_pattern_unless_one_was_seen_before() {
+        let mut toy = tracker(Status::Tracking, 60.0);
+        let smooth = Quality { fine: 20.0, ..quality(1.0, 60.0) };
+        assert!(!toy.is_finely_patterned(&smooth));
+        assert!(
+            toy.is_finely_patterned(&quality(1.0, 60.0)),
+            "the first image is all that is known"
+        );
+        toy.target.reference.begin(&smooth);
+        assert!(!toy.is_finely_patterned(&quality(1.0, 60.0)), "a single image");
+        for _ in 0..40 {
+            toy.target.reference.follow(&quality(1.0, 60.0), 0.5);
+        }
+        assert!(toy.is_finely_patterned(&smooth), "one that turned its label away");
+    }
+
+    #[test]
+    fn an_object_is_plain_only_once_little_of_it_proved_to_be_printed() {
+        for cameras in 1..4 {
+            let settings = TrackSettings::default();
+            let is_plain = |reference: &Reference| is_plain(&settings, reference, cameras);
+            let seen = |share: f64, textured: f64| {
+                let (few, many) = (textured * cameras as f64, 100.0);
+                let quality = quality(1.0, many);
+                Quality { textured: few, printed: share * many, ..quality }
+            };
+            let begun = |share: f64, textured: f64| {
+                let mut reference = Reference::default();
+                reference.begin(&seen(share, textured));
+                reference
+            };
+            assert!(!is_plain(&Reference::default()), "one never seen");
+            assert!(is_plain(&begun(0.0, 0.0)) && is_plain(&begun(0.5, 0.9 * RICH)));
+            assert!(!is_plain(&begun(MOSTLY, 0.2 * RICH)), "one far away, with print");
+            let mut labelled = begun(0.5, 1.1 * RICH);
+            for _ in 0..500 {
+                assert!(!is_plain(&labelled), "one that turned its label away");
+                labelled.follow(&seen(0.1, 2.0), 0.5);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_finely_patterned_is_plain_however_much_contrast_it_has_if_its_shape_is_known() {
+        let begun = |fine: f64| {
+            let mut reference = Reference::default();
+            reference.begin(&Quality { fine: 100.0 * fine, ..quality(1.0, 100.0) });
+            reference
+        };
+        let guess = TrackSettings::default();
+        let known = TrackSettings { known_shape: true, ..guess };
+        for step in 0..=10 {
+            let fine = 0.1 * f64::from(step);
+            assert!(!is_plain(&guess, &begun(fine), 2), "{fine}");
+            assert_eq!(is_plain(&known, &begun(fine), 2), fine < FINELY, "{fine}");
+        }
+        assert!(!is_plain(&known, &Reference::default(), 2), "one never seen");
+        let colorless = TrackSettings { region: false, ..known };
+        assert!(!is_plain(&colorless, &begun(0.0), 2), "there is nothing else");
+    }
+}

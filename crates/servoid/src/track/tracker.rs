@@ -314,7 +314,7 @@ impl Tracker {
             self.doubt_turn(observation, &hypothesis.pose);
         }
         let located = followed && self.is_located(&hypothesis.quality);
-        let by_outline = located && self.is_turn_outlined(hypothesis, &known.covariance);
+        let by_outline = located && self.is_turn_outlined(hypothesis);
         let evidence = self.evidence(&hypothesis.quality, &known.covariance, by_outline);
         let shows = by_outline
             || shows_turn(&evidence, self.printed(&hypothesis.quality))

@@ -15,8 +15,6 @@ pub(crate) struct Bias {
     /// Direction from which it was observed, in the object's frame.
     toward: Option<Vector3<f64>>,
     radius: f64,
-    /// Factor of the standard deviations.
-    scale: f64,
 }
 
 /// A measurement of a motion: its information, and that times the motion.
@@ -26,22 +24,10 @@ pub(crate) type Information = (Matrix6<f64>, Vector6<f64>);
 /// rotation.
 const UNKNOWN: (f64, f64) = (0.1, 0.15);
 const CHANGES: (f64, f64) = (0.1, 0.15);
-/// Factor of both where the body has the object's shape on all sides.
-const KNOWN_SHAPE: f64 = 0.33;
 
 impl Bias {
     pub(crate) fn unknown(radius: f64) -> Self {
-        Self::scaled(radius, 1.0)
-    }
-
-    /// Starts with a body that has the object's shape on all sides.
-    pub(crate) fn of_known_shape(radius: f64) -> Self {
-        Self::scaled(radius, KNOWN_SHAPE)
-    }
-
-    fn scaled(radius: f64, scale: f64) -> Self {
-        let covariance = variances(UNKNOWN) * (scale * scale);
-        Self { mean: Vector6::zeros(), covariance, toward: None, radius, scale }
+        Self { mean: Vector6::zeros(), covariance: variances(UNKNOWN), toward: None, radius }
     }
 
     /// Returns the outline's information about the pose after marginalising the bias; the outline
@@ -101,16 +87,15 @@ impl Bias {
     /// side.
     fn seen_from(&self, toward: &Vector3<f64>) -> Self {
         let turned = self.toward.map_or(0.0, |last| last.angle(toward));
-        let variance = self.scale * self.scale;
-        let covariance = self.covariance + variances(CHANGES) * (variance * turned);
-        let most = variances(UNKNOWN) * variance;
+        let covariance = self.covariance + variances(CHANGES) * turned;
+        let most = variances(UNKNOWN);
         let left = Vector6::from_fn(|i, _| (most[(i, i)] / covariance[(i, i)]).min(1.0).sqrt());
         let left = Matrix6::from_diagonal(&left);
         Self {
             mean: left * self.mean,
             covariance: left * covariance * left,
             toward: Some(*toward),
-            ..*self
+            radius: self.radius,
         }
     }
 
@@ -215,17 +200,5 @@ mod tests {
             bias.mean
         };
         assert_eq!(learned(1.0), learned(0.25));
-    }
-
-    #[test]
-    fn the_outline_of_a_known_shape_tells_more_and_never_less_however_far_it_turned() {
-        let guess = Bias::unknown(RADIUS);
-        let known = Bias::of_known_shape(RADIUS);
-        for angle in [0.0, 0.5, 1.0, 3.0] {
-            let toward = Vector3::new(libm::sin(angle), 0.0, libm::cos(angle));
-            let told = |bias: &Bias| bias.freed(&toward, outline(0.0)).0;
-            let more = told(&known) - told(&guess);
-            assert!(more.symmetric_eigenvalues().min() > 0.0, "{angle}");
-        }
     }
 }

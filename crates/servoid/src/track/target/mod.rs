@@ -51,10 +51,9 @@ impl Target {
     /// Starts with a body of which nothing else is known.
     pub(super) fn new(body: &Body, settings: &TrackSettings) -> Self {
         let solid = Solid::new(body);
-        let bias = if settings.known_shape { Bias::of_known_shape } else { Bias::unknown };
         Self {
             body: body.clone(),
-            bias: bias(solid.radius),
+            bias: Bias::unknown(solid.radius),
             offsets: ContourOffsets::unknown(body.ellipsoids().len()),
             solid,
             points: Points::default(),

@@ -3,7 +3,10 @@
 
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen};
 
+use super::print::MOSTLY;
 use crate::track::pose::hypothesis::Hypothesis;
+use crate::track::pose::refine::Normal;
+use crate::track::pose::uncertainty::inverse;
 use crate::track::pose::verify::Quality;
 use crate::track::target::reference::Reference;
 use crate::track::tracker::Tracker;
@@ -14,38 +17,39 @@ use crate::track::tracker::Tracker;
 const LEVER: f64 = 0.03;
 const LEVER_OF_ONE_LOOK: f64 = 0.06;
 /// Points per camera with the contrast of a pattern that are usually seen, at most so far, from which
-/// on they show a rotation that the outline does not: a plain bottle or skittle has up to 33, rings
-/// and highlights, which stay where they are while it turns; print gives 36 and more.
+/// on they show a rotation that the outline does not, unless most are printed: a plain bottle or
+/// skittle has up to 33, rings and highlights, which stay where they are while it turns; print gives
+/// 36 and more.
 const PRINTED: f64 = 35.0;
 /// Agreement of the outline with the boundary, and share of what should be visible that is seen, from
 /// which on an outline alone shows the orientation.
 const FITS: f64 = 0.7;
 const WHOLE: f64 = 0.85;
-/// Standard deviation of the orientation by the outline, in radians about its least certain axis, up
-/// to which that is so; and the least number of cameras: a single one often fits the outline as well
-/// when it is mirrored in depth.
-const CERTAIN_RAD: f64 = 0.16;
+/// Standard deviation of the orientation by the outline, in radians about its least certain axis and
+/// without its bias, up to which that is so; and the least number of cameras: a single one often fits
+/// the outline as well when it is mirrored in depth.
+const CERTAIN_RAD: f64 = 0.15;
 const CAMERAS: usize = 2;
 
 impl Tracker {
     /// Returns whether print or the outline can show all of a rotation.
     pub(in crate::track) fn is_turn_visible(&self, quality: &Quality, lever: f64) -> bool {
-        let Reference { printed_share, most_textured, .. } = self.target.reference;
-        let textured = printed_share.map_or(quality.textured, |_| most_textured);
+        let Reference { printed_share, most_printed, most_textured, .. } = self.target.reference;
+        let (part, textured) = printed_share.map_or_else(
+            || (quality.printed_share(), quality.textured),
+            |_| (most_printed, most_textured),
+        );
         let cameras = self.frame.cameras.len();
         let is_one_look = cameras > 1 && !self.settings.known_shape;
         let least = if is_one_look { LEVER_OF_ONE_LOOK } else { LEVER };
-        !self.settings.region || textured >= PRINTED * cameras as f64 || lever >= least
+        let is_printed = part >= MOSTLY || textured >= PRINTED * cameras as f64;
+        !self.settings.region || is_printed || lever >= least
     }
 
     /// Returns whether the outline alone shows the orientation of an object without print, whose
-    /// shape is known and that was followed ever since its pose was given; `covariance` is that of
-    /// its pose by the images.
-    pub(in crate::track) fn is_turn_outlined(
-        &self,
-        hypothesis: &Hypothesis,
-        covariance: &Matrix6<f64>,
-    ) -> bool {
+    /// shape is known and that was followed ever since its pose was given.
+    pub(in crate::track) fn is_turn_outlined(&self, hypothesis: &Hypothesis) -> bool {
+        let radius = self.target.solid.radius;
         let Quality { visible, outline, .. } = hypothesis.quality;
         self.settings.known_shape
             && self.is_plain()
@@ -53,8 +57,8 @@ impl Tracker {
             && self.frame.open() >= CAMERAS
             && visible >= WHOLE
             && outline >= FITS
-            && lever(hypothesis, self.target.solid.radius) >= LEVER
-            && largest(&covariance.fixed_view::<3, 3>(3, 3).into_owned()) <= CERTAIN_RAD.powi(2)
+            && lever(hypothesis, radius) >= LEVER
+            && is_certain(&hypothesis.normal.outline.0, radius)
     }
 }
 
@@ -77,8 +81,10 @@ pub(in crate::track) fn lever(hypothesis: &Hypothesis, radius: f64) -> f64 {
 /// Share of all information that is added to that of the translation, so that it has an inverse.
 const OPEN: f64 = 1e-6;
 
-fn largest(variances: &Matrix3<f64>) -> f64 {
-    SymmetricEigen::new(*variances).eigenvalues.max()
+fn is_certain(outline: &Matrix6<f64>, radius: f64) -> bool {
+    let Some(covariance) = inverse(&(outline + Normal::new(radius).prior)) else { return false };
+    let turn = covariance.fixed_view::<3, 3>(3, 3).into_owned();
+    SymmetricEigen::new(turn).eigenvalues.max() <= CERTAIN_RAD.powi(2)
 }
 
 #[cfg(test)]
@@ -149,13 +155,15 @@ mod tests {
     #[test]
     fn a_turn_that_moves_no_outline_is_visible_only_by_print() {
         let mut tracker = tracker(Status::Tracking, 60.0);
-        let shown = |textured: f64| Quality { textured, ..quality(1.0, 60.0) };
+        let shown = |textured: f64| Quality { textured, printed: 0.0, ..quality(1.0, 60.0) };
         for step in 0..=12 {
             let textured = 5.0 * f64::from(step);
             assert!(tracker.is_turn_visible(&shown(textured), 1.01 * LEVER));
             let is_printed = textured >= PRINTED;
             assert_eq!(tracker.is_turn_visible(&shown(textured), 0.9 * LEVER), is_printed);
         }
+        let mostly = Quality { printed: MOSTLY * 20.0, textured: 17.0, ..quality(1.0, 20.0) };
+        assert!(tracker.is_turn_visible(&mostly, 0.0), "a small ball with print all over");
         tracker.target.reference.begin(&shown(PRINTED));
         assert!(tracker.is_turn_visible(&shown(0.0), 0.0), "a label that turned away");
     }

@@ -8,10 +8,12 @@ use crate::track::tracker::Tracker;
 
 /// Mean share of the recognised surface points with the contrast of a pattern, from which on the
 /// object counts as patterned. Shading alone gives most points of a glossy toy that contrast.
-const MOSTLY: f64 = 0.85;
+pub(super) const MOSTLY: f64 = 0.85;
 /// Mean share of the recognised surface points that must be finely patterned for the orientation to
-/// be reported: the shading of a smooth toy has the contrast of a pattern, but varies slowly.
-const FINELY: f64 = 0.7;
+/// be reported: the shading of a smooth toy has the contrast of a pattern, but varies slowly; the same
+/// where a single camera sees it, and fewer points.
+const FINELY: f64 = 0.5;
+const FINELY_ALONE: f64 = 0.7;
 
 /// Returns whether an object showed so little of a pattern, in so many cameras, that its surface
 /// points are shading and highlights: these slide along the surface while it turns, all together,
@@ -24,8 +26,12 @@ pub(in crate::track) fn is_plain(
 ) -> bool {
     let Reference { printed_share, most_printed, most_textured, most_fine, .. } = *reference;
     let shows_little = most_printed < MOSTLY && most_textured < RICH * cameras as f64;
-    let is_smooth = settings.known_shape && most_fine < FINELY;
+    let is_smooth = settings.known_shape && most_fine < finely(cameras);
     settings.region && printed_share.is_some() && (shows_little || is_smooth)
+}
+
+fn finely(cameras: usize) -> f64 {
+    if cameras > 1 { FINELY } else { FINELY_ALONE }
 }
 
 impl Tracker {
@@ -36,7 +42,8 @@ impl Tracker {
     /// Returns whether the object showed a pattern that is finer than shading, on any side.
     pub(in crate::track) fn is_finely_patterned(&self, quality: &Quality) -> bool {
         let Reference { fine_share, most_fine, .. } = self.target.reference;
-        fine_share.map_or(quality.fine_share(), |_| most_fine) >= FINELY
+        let fine = fine_share.map_or(quality.fine_share(), |_| most_fine);
+        fine >= finely(self.frame.cameras.len())
     }
 
     /// Returns whether most of what is usually recognised is a pattern, and enough of it is seen, at
@@ -110,7 +117,10 @@ mod tests {
         for step in 0..=10 {
             let fine = 0.1 * f64::from(step);
             assert!(!is_plain(&guess, &begun(fine), 2), "{fine}");
-            assert_eq!(is_plain(&known, &begun(fine), 2), fine < FINELY, "{fine}");
+            for cameras in 1..4 {
+                let is_smooth = is_plain(&known, &begun(fine), cameras);
+                assert_eq!(is_smooth, fine < finely(cameras), "{fine} {cameras}");
+            }
         }
         assert!(!is_plain(&known, &Reference::default(), 2), "one never seen");
         let colorless = TrackSettings { region: false, ..known };

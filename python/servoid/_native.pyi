@@ -13,6 +13,7 @@ __all__ += ["taken_depth", "taken_image", "taken_mask"]
 __all__ += ["Tracker", "View", "__version__", "backend", "backends", "ellipsoid_colors"]
 __all__ += ["fit_body", "fit_paper", "force_backend"]
 __all__ += ["Lighting", "Paint", "Scene", "Soup", "paper_scores", "pose_from_masks"]
+__all__ += ["poses_from_masks"]
 __all__ += ["initial_body", "silhouette_ious", "surface_coverage"]
 __all__ += ["exact_arccos", "exact_arcsin", "exact_arctan", "exact_arctan2"]
 __all__ += ["exact_cos", "exact_eigh", "exact_exp", "exact_expm1"]
@@ -1037,6 +1038,19 @@ def pose_from_masks(
     """Finds the pose at which a body's outlines agree with masks, and their overlap there.
     Orientations that look alike are distinguished by the colours of its ellipsoids, (K, 3) uint8,
     in images, one per view. Raises TrackError.
+    """
+
+def poses_from_masks(
+    body: Body,
+    views: Sequence[View],
+    images: Sequence[_Colors] | None = None,
+    colors: _Colors | None = None,
+    seed: int = 0,
+) -> list[tuple[Pose, float]]:
+    """Finds all poses at which a body's outlines agree with masks about as well as at the best one,
+    which comes first, each with their overlap there. They are turned from each other by 20 degrees
+    or more: masks often do not distinguish two sides of a box, and never how a body of revolution
+    is turned. Arguments are those of `pose_from_masks`. Raises TrackError.
     """
 
 def ellipsoid_colors(body: Body, views: Sequence[View], images: Sequence[_Colors]) -> _Colors:

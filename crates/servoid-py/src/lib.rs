@@ -41,6 +41,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(camera::taken_mask, module)?)?;
     module.add_function(wrap_pyfunction!(track::taken_depth, module)?)?;
     module.add_function(wrap_pyfunction!(track::from_masks::pose_from_masks, module)?)?;
+    module.add_function(wrap_pyfunction!(track::from_masks::poses_from_masks, module)?)?;
     module.add_class::<sim::Paint>()?;
     module.add_class::<sim::Lighting>()?;
     module.add_class::<sim::Scene>()?;

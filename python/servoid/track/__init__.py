@@ -2,7 +2,13 @@
 
 from typing import TYPE_CHECKING
 
-from servoid._native import Estimate, Tracker, TrackSettings, pose_from_masks
+from servoid._native import (
+    Estimate,
+    Tracker,
+    TrackSettings,
+    pose_from_masks,
+    poses_from_masks,
+)
 from servoid.renamed import refuse_old_names
 from servoid.shape.placed import placed
 from servoid.source import cameras_of, read_instants, tidy_image
@@ -42,6 +48,7 @@ __all__ = [
     "learn_appearance",
     "placed",
     "pose_from_masks",
+    "poses_from_masks",
     "read_instants",
     "tidy_image",
     "track_capture",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
-from servoid._native import Body, Estimate, Pose, View, pose_from_masks, silhouette_ious
+from servoid._native import Body, Estimate, Pose, View, poses_from_masks, silhouette_ious
 from servoid.capture import Capture, CaptureView
 from servoid.errors import TrackError
 from servoid.model.marking import mark
@@ -97,6 +97,7 @@ class _Known:
     masks: Masks | None
     colors: NDArray[np.uint8] | None
     notes: tuple[str, ...] = ()
+    others: tuple[Pose, ...] = ()  # at which the body fits its masks about as well
 
 
 def begin(capture: Capture, instant: Instant, subject: Subject, request: Request) -> Followed:
@@ -114,20 +115,25 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     known = _look(capture, instant, subject, request)
     cameras = cameras_of(capture)
     make = request.maker or request.method.maker
-    tracker = make(cameras, known.body, request.options(subject))
+    # The outline tells nothing of a turn that it did not even tell at the start.
+    meant = replace(subject, known_shape=False) if known.others else subject
+    options = request.options(meant)
+    tracker = make(cameras, known.body, options)
     called = time.perf_counter()
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
     unlike = known.pose is not None and _looks_otherwise(
-        lambda: make(cameras, known.body, request.options(subject)), instant, subject, known.pose
+        lambda: make(cameras, known.body, options), instant, subject, known.pose
     )
-    doubt = _OTHER if subject.start is None else _UNLIKE
+    doubts = [_OTHER if subject.start is None else _UNLIKE] if unlike else []
+    if known.pose is not None and known.others and subject.appearance is None:
+        doubts.append(_turn_note(known.pose, known.others))
     return Followed(
         name=subject.name,
         tracker=tracker,
         initial=known.body,
         colors=known.colors,
-        notes=(*known.notes, doubt) if unlike else known.notes,
+        notes=(*known.notes, *doubts),
         first=Tracked(
             index=instant.index,
             estimate=estimate,
@@ -210,8 +216,10 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
         there = _touches(capture, instant, placed(subject.body, start), masks)
         if not there:
             return _Known(subject.body, start, None, subject.colors, (*notes, _ELSEWHERE))
-    pose = start or _placed(capture, instant, subject, masks, request.seed)
-    return _Known(subject.body, pose, masks, subject.colors, notes)
+    if start is not None:
+        return _Known(subject.body, start, masks, subject.colors, notes)
+    pose, *others = _placed(capture, instant, subject, masks, request.seed) or (None,)
+    return _Known(subject.body, pose, masks, subject.colors, notes, tuple(others))
 
 
 def _touches(capture: Capture, instant: Instant, body: Body, masks: Masks) -> bool:
@@ -226,10 +234,20 @@ def _touches(capture: Capture, instant: Instant, body: Body, masks: Masks) -> bo
     return not views or bool(silhouette_ious(body, views).max() > _LEAST_OVERLAP)
 
 
+def _turn_note(pose: Pose, others: Sequence[Pose]) -> str:
+    """Report that the orientation at the start may be another one."""
+    turns = [exact.norm((pose.inverse() @ other).log()[3:]) for other in others]
+    return (
+        "the body fits its mask in other orientations about as well, turned by up to "
+        f"{np.degrees(max(turns)):.0f} degrees from the one that is used, so that all poses may be "
+        "turned by as much; give its pose as a start, or a body that was saved with its appearance"
+    )
+
+
 def _placed(
     capture: Capture, instant: Instant, subject: Subject, masks: Masks | None, seed: int | None
-) -> Pose | None:
-    """Find the pose at which a body fits its masks, if there are any."""
+) -> list[Pose]:
+    """Find all poses at which a body fits its masks, if there are any, the best one first."""
     seen = zip(
         cameras_of(capture),
         instant.world_from_camera,
@@ -243,10 +261,10 @@ def _placed(
         if mask is not None and mask.any() and image is not None
     ]
     if not marked or subject.body is None:
-        return None
+        return []
     views, images = (list(parts) for parts in zip(*marked, strict=True))
-    world_from_object, _ = pose_from_masks(subject.body, views, images, subject.colors, seed or 0)
-    return world_from_object
+    found = poses_from_masks(subject.body, views, images, subject.colors, seed or 0)
+    return [world_from_object for world_from_object, _ in found]
 
 
 def _usable(capture: Capture, instant: Instant) -> Capture:

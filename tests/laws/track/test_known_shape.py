@@ -3,12 +3,14 @@
 from pathlib import Path
 
 import pytest
-from fake_tracker import plain_body
+from fake_tracker import FakeTracker, plain_body
 
+from servoid.capture import open_capture
 from servoid.cli.track.subjects import read_subjects
 from servoid.errors import TrackError
+from servoid.model import fit
 from servoid.shape import MadeBy, SeenEntry, save_body
-from servoid.track import Method, Request, Subject, TrackSettings
+from servoid.track import Method, Request, Subject, TrackSettings, track_capture
 
 
 def made_by(*views: str) -> MadeBy:
@@ -50,3 +52,17 @@ def test_the_core_learns_of_a_known_shape_unless_the_body_may_still_grow() -> No
 def test_a_shape_without_a_body_is_not_known() -> None:
     with pytest.raises(TrackError, match=r"'cup' is said to be known, .* give the body too"):
         Subject(name="cup", known_shape=True)
+
+
+def test_a_mask_that_fits_several_orientations_is_told_and_its_outline_not_trusted(
+    drawn_capture: Path, fake_core: type[FakeTracker]
+) -> None:
+    capture = open_capture(drawn_capture)
+    body = fit(capture.views(), max_ellipsoids=1).body
+    for start in (None, body.world_from_object):
+        subject = Subject(body=body, start=start, known_shape=True)
+        [result] = track_capture(capture, [subject])
+        told = [note for note in result.notes if "in other orientations about as well" in note]
+        assert len(told) == (start is None)
+    by_mask, given = (made.settings.options for made in fake_core.made)
+    assert "known_shape" not in by_mask and given["known_shape"] is True

@@ -13,7 +13,6 @@ use crate::taking::{Listed, Picture, Wanted, read_index_rows};
 /// in images, one per view. Raises TrackError.
 #[pyfunction]
 #[pyo3(signature = (body, views, images=None, colors=None, seed=0))]
-#[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
 pub fn pose_from_masks(
     py: Python<'_>,
     body: Body,
@@ -22,6 +21,25 @@ pub fn pose_from_masks(
     colors: Option<&Bound<'_, PyAny>>,
     seed: u64,
 ) -> PyResult<(Pose, f64)> {
+    let mut found = poses_from_masks(py, body, views, images, colors, seed)?;
+    Ok(found.swap_remove(0))
+}
+
+/// Finds all poses at which a body's outlines agree with masks about as well as at the best one,
+/// which comes first, each with their overlap there. They are turned from each other by 20 degrees
+/// or more: masks often do not distinguish two sides of a box, and never how a body of revolution
+/// is turned. Arguments are those of `pose_from_masks`. Raises TrackError.
+#[pyfunction]
+#[pyo3(signature = (body, views, images=None, colors=None, seed=0))]
+#[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+pub fn poses_from_masks(
+    py: Python<'_>,
+    body: Body,
+    views: Listed<GivenView<'_>>,
+    images: Option<Listed<Picture<'_>>>,
+    colors: Option<&Bound<'_, PyAny>>,
+    seed: u64,
+) -> PyResult<Vec<(Pose, f64)>> {
     let views = borrow(&views.0)?;
     let pixels = images
         .as_ref()
@@ -34,12 +52,12 @@ pub fn pose_from_masks(
         .map(|pixels| pixels.iter().map(Pixels::view).collect::<PyResult<Vec<_>>>())
         .transpose()?;
     let colors = colors.map(read_colors).transpose()?;
-    let placed = py
+    let found = py
         .detach(|| {
-            core::pose_from_masks(&body.0, &views, images.as_deref(), colors.as_deref(), seed)
+            core::poses_from_masks(&body.0, &views, images.as_deref(), colors.as_deref(), seed)
         })
         .map_err(raise)?;
-    Ok((Pose(placed.world_from_object), placed.iou))
+    Ok(found.into_iter().map(|one| (Pose(one.world_from_object), one.iou)).collect())
 }
 
 fn read_colors(given: &Bound<'_, PyAny>) -> PyResult<Vec<[u8; 3]>> {

@@ -24,7 +24,7 @@ pub use estimate::{Estimate, Notice, Status, Timing};
 pub use one_step::{Genes, Objective, OneStep, OneStepError, OneStepSettings};
 pub use pose::confidence::Evidence;
 pub use pose::search::ScoreTerms;
-pub use relocalize::{MaskFit, pose_from_masks};
+pub use relocalize::{MaskFit, pose_from_masks, poses_from_masks};
 pub use settings::TrackSettings;
 pub use tracker::Tracker;
 

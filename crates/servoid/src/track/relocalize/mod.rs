@@ -3,7 +3,7 @@
 mod from_masks;
 mod relocalizer;
 
-pub use from_masks::{MaskFit, pose_from_masks};
+pub use from_masks::{MaskFit, pose_from_masks, poses_from_masks};
 pub(super) use relocalizer::Relocalizer;
 
 use crate::camera::Observation;

@@ -30,6 +30,8 @@ const WHOLE: f64 = 0.85;
 /// the outline as well when it is mirrored in depth.
 const CERTAIN_RAD: f64 = 0.15;
 const CAMERAS: usize = 2;
+/// Share of all information that is added to that of the translation, so that it has an inverse.
+const OPEN: f64 = 1e-6;
 
 impl Tracker {
     /// Returns whether print or the outline can show all of a rotation.
@@ -77,9 +79,6 @@ pub(in crate::track) fn lever(hypothesis: &Hypothesis, radius: f64) -> f64 {
     let least = SymmetricEigen::new(left).eigenvalues.min().max(0.0);
     if all > 0.0 { (least / all).sqrt() / radius } else { 0.0 }
 }
-
-/// Share of all information that is added to that of the translation, so that it has an inverse.
-const OPEN: f64 = 1e-6;
 
 fn is_certain(outline: &Matrix6<f64>, radius: f64) -> bool {
     let Some(covariance) = inverse(&(outline + Normal::new(radius).prior)) else { return false };

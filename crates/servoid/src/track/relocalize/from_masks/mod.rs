@@ -34,6 +34,10 @@ const KEPT: usize = 32;
 const TURNS_APART: f64 = 0.3;
 /// Difference in overlap below which colours decide between poses.
 const ALIKE: f64 = 0.05;
+/// Difference in overlap and colours up to which two poses fit about as well, and the rotation from
+/// which on they are two, in radians.
+const AS_GOOD: f64 = 0.02;
+const OTHER_RAD: f64 = 0.35;
 /// Least overlap of a body that fits.
 const LEAST_IOU: f64 = 0.5;
 
@@ -51,6 +55,22 @@ pub fn pose_from_masks(
     colors: Option<&[[u8; 3]]>,
     seed: u64,
 ) -> Result<MaskFit, TrackError> {
+    poses_from_masks(body, views, images, colors, seed).map(|found| found[0])
+}
+
+/// Finds all poses at which a body's outlines agree with masks about as well as at the best one,
+/// which comes first, and that are turned from each other by 20 degrees or more: masks alone often
+/// do not distinguish two sides of a box, and never how a body of revolution is turned.
+///
+/// # Errors
+/// As for [`pose_from_masks`].
+pub fn poses_from_masks(
+    body: &Body,
+    views: &[View<'_>],
+    images: Option<&[ImageView<'_>]>,
+    colors: Option<&[[u8; 3]]>,
+    seed: u64,
+) -> Result<Vec<MaskFit>, TrackError> {
     check(body, views, images, colors)?;
     let solid = Solid::new(body);
     let coarse = Fit::new(&solid, views, COARSE_PX)?;
@@ -72,9 +92,22 @@ pub fn pose_from_masks(
     let worth = |one: &MaskFit| {
         one.iou + painted.as_ref().map_or(0.0, |painted| painted.agreement(&solid, one))
     };
-    let chosen = sharp.into_iter().map(|one| (worth(&one), one));
-    let best = chosen.max_by(|one, other| one.0.total_cmp(&other.0));
-    best.map(|(_, one)| one).ok_or(TrackError::NoMask)
+    let mut rated: Vec<_> = sharp.into_iter().map(|one| (worth(&one), one)).collect();
+    let place = rated.iter().enumerate().max_by(|(_, one), (_, other)| one.0.total_cmp(&other.0));
+    let (_, &(highest, first)) = place.ok_or(TrackError::NoMask)?;
+    rated.retain(|(worth, _)| *worth >= highest - AS_GOOD);
+    rated.sort_by(|one, other| other.0.total_cmp(&one.0));
+    let mut found = vec![first];
+    for (_, one) in rated {
+        let turn = |other: &MaskFit| {
+            let off = other.world_from_object.inverse() * one.world_from_object;
+            off.log().fixed_rows::<3>(3).norm()
+        };
+        if found.iter().all(|other| turn(other) >= OTHER_RAD) {
+            found.push(one);
+        }
+    }
+    Ok(found)
 }
 
 fn check(

@@ -23,6 +23,9 @@ pub(crate) struct Reference {
     pub(crate) most_textured: f64,
     pub(crate) most_fine: f64,
     pub(crate) most_printed: f64,
+    /// The largest product of recognised points and those with the contrast of a pattern so far, the
+    /// root of which is a number of points that also counts how many there are to be recognised.
+    pub(crate) most_filled: f64,
     /// Pixels inside the outlines, times the squared distance.
     pub(crate) area: f64,
     /// Distance from the first camera, in metres.
@@ -57,10 +60,11 @@ impl Reference {
         self.textured = quality.textured;
         self.printed_share = Some(quality.printed_share());
         self.fine_share = Some(quality.fine_share());
-        self.note_most();
+        self.note_most(quality.recognised);
     }
 
-    fn note_most(&mut self) {
+    fn note_most(&mut self, recognised: f64) {
+        self.most_filled = self.most_filled.max(self.textured * recognised);
         self.most_textured = self.most_textured.max(self.textured);
         self.most_printed = self.most_printed.max(self.printed_share.unwrap_or(0.0));
         self.most_fine = self.most_fine.max(self.fine_share.unwrap_or(0.0));
@@ -77,7 +81,7 @@ impl Reference {
         self.textured += rate * (quality.textured - self.textured);
         self.printed_share = Some(mean(self.printed_share, quality.printed_share()));
         self.fine_share = Some(mean(self.fine_share, quality.fine_share()));
-        self.note_most();
+        self.note_most(self.recognised);
         self.support += RATE * (quality.support - self.support);
     }
 }

@@ -16,11 +16,11 @@ use crate::track::tracker::Tracker;
 /// several cameras saw from one side: a bottle's is never quite one of revolution, and reaches 0.042.
 const LEVER: f64 = 0.03;
 const LEVER_OF_ONE_LOOK: f64 = 0.06;
-/// Points per camera with the contrast of a pattern that are usually seen, at most so far, from which
-/// on they show a rotation that the outline does not, unless most are printed: a plain bottle or
-/// skittle has up to 33, rings and highlights, which stay where they are while it turns; print gives
-/// 36 and more.
-const PRINTED: f64 = 35.0;
+/// Share of the points compared that are recognised, times that of those with the contrast of a
+/// pattern, usual and at most so far, from which on they show a rotation that the outline does not,
+/// unless most are printed: a plain bottle or skittle has up to 0.27, rings and highlights, which stay
+/// where they are while it turns; print gives 0.39 and more.
+const FILLED: f64 = 0.33;
 /// Agreement of the outline with the boundary, and share of what should be visible that is seen, from
 /// which on an outline alone shows the orientation.
 const FITS: f64 = 0.7;
@@ -36,15 +36,16 @@ const OPEN: f64 = 1e-6;
 impl Tracker {
     /// Returns whether print or the outline can show all of a rotation.
     pub(in crate::track) fn is_turn_visible(&self, quality: &Quality, lever: f64) -> bool {
-        let Reference { printed_share, most_printed, most_textured, .. } = self.target.reference;
-        let (part, textured) = printed_share.map_or_else(
-            || (quality.printed_share(), quality.textured),
-            |_| (most_printed, most_textured),
+        let Reference { printed_share, most_printed, most_filled, .. } = self.target.reference;
+        let (part, filled) = printed_share.map_or_else(
+            || (quality.printed_share(), quality.textured * quality.recognised),
+            |_| (most_printed, most_filled),
         );
         let cameras = self.frame.cameras.len();
         let is_one_look = cameras > 1 && !self.settings.known_shape;
         let least = if is_one_look { LEVER_OF_ONE_LOOK } else { LEVER };
-        let is_printed = part >= MOSTLY || textured >= PRINTED * cameras as f64;
+        let all = (self.settings.points * cameras) as f64;
+        let is_printed = part >= MOSTLY || filled >= FILLED * all * all;
         !self.settings.region || is_printed || lever >= least
     }
 
@@ -154,16 +155,21 @@ mod tests {
     #[test]
     fn a_turn_that_moves_no_outline_is_visible_only_by_print() {
         let mut tracker = tracker(Status::Tracking, 60.0);
-        let shown = |textured: f64| Quality { textured, printed: 0.0, ..quality(1.0, 60.0) };
-        for step in 0..=12 {
-            let textured = 5.0 * f64::from(step);
-            assert!(tracker.is_turn_visible(&shown(textured), 1.01 * LEVER));
-            let is_printed = textured >= PRINTED;
-            assert_eq!(tracker.is_turn_visible(&shown(textured), 0.9 * LEVER), is_printed);
+        let all = tracker.settings.points as f64;
+        let shown = |recognised: f64, textured: f64| {
+            let (recognised, textured) = (recognised * all, textured * all);
+            Quality { textured, printed: 0.0, ..quality(1.0, recognised) }
+        };
+        for (recognised, textured) in (0..=10).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            let (recognised, textured) = (0.1 * f64::from(recognised), 0.1 * f64::from(textured));
+            let seen = shown(recognised, textured);
+            assert!(tracker.is_turn_visible(&seen, 1.01 * LEVER));
+            let is_printed = recognised * textured >= FILLED;
+            assert_eq!(tracker.is_turn_visible(&seen, 0.9 * LEVER), is_printed);
         }
         let mostly = Quality { printed: MOSTLY * 20.0, textured: 17.0, ..quality(1.0, 20.0) };
         assert!(tracker.is_turn_visible(&mostly, 0.0), "a small ball with print all over");
-        tracker.target.reference.begin(&shown(PRINTED));
-        assert!(tracker.is_turn_visible(&shown(0.0), 0.0), "a label that turned away");
+        tracker.target.reference.begin(&shown(1.0, FILLED));
+        assert!(tracker.is_turn_visible(&shown(0.0, 0.0), 0.0), "a label that turned away");
     }
 }

@@ -13,10 +13,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_file import read_mesh
 from servoid.pose import Pose
 from servoid.record import Waypoint, write_trajectory
 from servoid.sim.samples.surface import obj_text
+from servoid.sim.world.objects.loft import lathe
 from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Visual
 from servoid_experiments.modelling import design_of
 from servoid_experiments.tracking.cases import Eyes, Scene
@@ -72,35 +74,20 @@ TOYS = {
 }
 _TOY = "toy "  # before the name of one
 SKITTLE = "skittle"  # turned on a lathe, and of one colour: nothing shows its spin
-_LATHED = ((-90, 20), (-60, 34), (-20, 36), (20, 20), (50, 14), (70, 19), (90, 12))  # mm: y, radius
+_LATHED = ((20, -90), (34, -60), (36, -20), (20, 20), (14, 50), (19, 70), (12, 90))  # mm
+_RINGS = 60
 _PAINT = (0.8, 0.25, 0.2)
-
-
-def _lathed(profile_mm: Sequence[tuple[float, float]], heights: int = 60, sides: int = 64) -> Mesh:
-    """Return a closed surface of revolution about the y axis, by heights and radii."""
-    along, radii = 1e-3 * np.array(profile_mm).T
-    y = np.linspace(along[0], along[-1], heights)
-    around = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
-    radius = np.interp(y, along, radii)[:, None]
-    rings = np.stack(
-        np.broadcast_arrays(radius * np.sin(around), y[:, None], radius * np.cos(around)), axis=2
-    )
-    vertices = np.concatenate([rings.reshape(-1, 3), [[0.0, y[0], 0.0], [0.0, y[-1], 0.0]]])
-    one, on = np.arange(sides), (np.arange(sides) + 1) % sides
-    last, low, high = sides * (heights - 1), sides * heights, sides * heights + 1
-    faces = [np.stack([np.full(sides, low), on, one], axis=1)]
-    for ring in range(0, last, sides):
-        faces.append(np.stack([ring + one, ring + on, ring + sides + on], axis=1))
-        faces.append(np.stack([ring + one, ring + sides + on, ring + sides + one], axis=1))
-    faces.append(np.stack([np.full(sides, high), last + one, last + on], axis=1))
-    return vertices, np.concatenate(faces).astype(np.int64)
 
 
 @cache
 def mesh_of(name: str) -> Mesh:
     """Return vertices (N, 3) in metres and faces (M, 3) of an object, in its own frame."""
     if name == SKITTLE:
-        return _lathed(_LATHED)
+        radii, heights = 1e-3 * np.array(_LATHED).T
+        rings = np.linspace(heights[0], heights[-1], _RINGS)  # many, for sharp creases
+        made = lathe(list(zip(np.interp(rings, heights, radii), rings, strict=True)))
+        upright = made.vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0)
+        return close_mesh(upright, made.faces)[:2]
     if not name.startswith(_TOY):
         design = design_of(name)
         return design.vertices, design.faces

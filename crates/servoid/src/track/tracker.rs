@@ -19,7 +19,7 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
 use super::target::solid::Solid;
-use super::trust::{CLEAR, Trust, is_turn_reliable, lever, shows_turn};
+use super::trust::{CLEAR, Trust, is_turn_reliable, shows_turn};
 use super::update::detect::Cells;
 use super::update::growth::Evolving;
 use crate::camera::{Camera, Observation};
@@ -319,7 +319,7 @@ impl Tracker {
         let shows = by_outline
             || shows_turn(&evidence, self.printed(&hypothesis.quality))
                 && self.is_finely_patterned(&hypothesis.quality)
-                && self.is_turn_visible(&hypothesis.quality, lever(hypothesis, radius))
+                && self.is_turn_visible(hypothesis)
                 && self.believes_relief(&hypothesis.quality);
         let most_drift = self.trust.most_drift(self.target.relief.is_open);
         let is_reliable = located && shows && is_turn_reliable(&evidence, most_drift);

@@ -23,8 +23,7 @@ pub(crate) struct Reference {
     pub(crate) most_textured: f64,
     pub(crate) most_fine: f64,
     pub(crate) most_printed: f64,
-    /// The largest product of recognised points and those with the contrast of a pattern so far, the
-    /// root of which is a number of points that also counts how many there are to be recognised.
+    /// The largest product so far of the recognised points and those with the contrast of a pattern.
     pub(crate) most_filled: f64,
     /// Pixels inside the outlines, times the squared distance.
     pub(crate) area: f64,

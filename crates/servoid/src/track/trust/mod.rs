@@ -5,7 +5,6 @@ mod outline;
 mod print;
 mod state;
 
-pub(super) use self::outline::lever;
 pub(super) use self::print::is_plain;
 pub(super) use self::state::Trust;
 use super::estimate::Status;

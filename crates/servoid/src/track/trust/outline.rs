@@ -35,7 +35,8 @@ const OPEN: f64 = 1e-6;
 
 impl Tracker {
     /// Returns whether print or the outline can show all of a rotation.
-    pub(in crate::track) fn is_turn_visible(&self, quality: &Quality, lever: f64) -> bool {
+    pub(in crate::track) fn is_turn_visible(&self, hypothesis: &Hypothesis) -> bool {
+        let quality = &hypothesis.quality;
         let Reference { printed_share, most_printed, most_filled, .. } = self.target.reference;
         let (part, filled) = printed_share.map_or_else(
             || (quality.printed_share(), quality.textured * quality.recognised),
@@ -46,7 +47,8 @@ impl Tracker {
         let least = if is_one_look { LEVER_OF_ONE_LOOK } else { LEVER };
         let all = (self.settings.points * cameras) as f64;
         let is_printed = part >= MOSTLY || filled >= FILLED * all * all;
-        !self.settings.region || is_printed || lever >= least
+        let moves = || lever(hypothesis, self.target.solid.radius) >= least;
+        !self.settings.region || is_printed || moves()
     }
 
     /// Returns whether the outline alone shows the orientation of an object without print, whose
@@ -68,7 +70,7 @@ impl Tracker {
 /// Returns how far the outline moves per radian about the axis about which it moves least, compared
 /// with how far it moves per radius of translation, both rms; translation that undoes the rotation
 /// is left out. Nothing moves an outline that is not seen.
-pub(in crate::track) fn lever(hypothesis: &Hypothesis, radius: f64) -> f64 {
+fn lever(hypothesis: &Hypothesis, radius: f64) -> f64 {
     let information = &hypothesis.normal.outline.0;
     let block = |row, column| information.fixed_view::<3, 3>(row, column).into_owned();
     let (across, mixed, turned) = (block(0, 0), block(0, 3), block(3, 3));
@@ -99,6 +101,11 @@ mod tests {
     use crate::track::trust::tests::{quality, tracker};
 
     const RADIUS: f64 = 0.05;
+    /// Points of an outline that move when it turns, in radii, and their normals.
+    const HANDLE: [(Vector3<f64>, Vector2<f64>); 2] = [
+        (Vector3::new(0.5, 0.1, 0.8), Vector2::new(1.0, 0.0)),
+        (Vector3::new(-0.5, 0.3, -0.6), Vector2::new(0.0, 1.0)),
+    ];
 
     /// Makes a hypothesis with an outline: points in the object's frame and their normals, as seen
     /// along z by a camera far away.
@@ -140,8 +147,7 @@ mod tests {
         #[test]
         fn the_lever_of_an_outline_is_the_same_in_any_unit_of_length(scale in 0.01..100.0_f64) {
             let mut rim = vase(RADIUS, 0.3);
-            rim.push((Vector3::new(0.5, 0.1, 0.8) * RADIUS, Vector2::new(1.0, 0.0)));
-            rim.push((Vector3::new(-0.5, 0.3, -0.6) * RADIUS, Vector2::new(0.0, 1.0)));
+            rim.extend(HANDLE.map(|(point, normal)| (point * RADIUS, normal)));
             let (one, other) = (lever(&outlined(&rim, 1.0), RADIUS), lever(&outlined(&rim, scale), scale * RADIUS));
             prop_assert!(one > LEVER && (one - other).abs() < 1e-9 * one);
         }
@@ -156,6 +162,11 @@ mod tests {
     fn a_turn_that_moves_no_outline_is_visible_only_by_print() {
         let mut tracker = tracker(Status::Tracking, 60.0);
         let all = tracker.settings.points as f64;
+        let mut rim = vase(RADIUS, 0.3);
+        let plain = outlined(&rim, 1.0);
+        let round = |quality: Quality| Hypothesis { quality, ..plain };
+        rim.extend(HANDLE.map(|(point, normal)| (point * RADIUS, normal)));
+        let handled = outlined(&rim, 1.0);
         let shown = |recognised: f64, textured: f64| {
             let (recognised, textured) = (recognised * all, textured * all);
             Quality { textured, printed: 0.0, ..quality(1.0, recognised) }
@@ -163,13 +174,13 @@ mod tests {
         for (recognised, textured) in (0..=10).flat_map(|i| (0..=i).map(move |j| (i, j))) {
             let (recognised, textured) = (0.1 * f64::from(recognised), 0.1 * f64::from(textured));
             let seen = shown(recognised, textured);
-            assert!(tracker.is_turn_visible(&seen, 1.01 * LEVER));
+            assert!(tracker.is_turn_visible(&Hypothesis { quality: seen, ..handled }));
             let is_printed = recognised * textured >= FILLED;
-            assert_eq!(tracker.is_turn_visible(&seen, 0.9 * LEVER), is_printed);
+            assert_eq!(tracker.is_turn_visible(&round(seen)), is_printed);
         }
         let mostly = Quality { printed: MOSTLY * 20.0, textured: 17.0, ..quality(1.0, 20.0) };
-        assert!(tracker.is_turn_visible(&mostly, 0.0), "a small ball with print all over");
+        assert!(tracker.is_turn_visible(&round(mostly)), "a small ball with print all over");
         tracker.target.reference.begin(&shown(1.0, FILLED));
-        assert!(tracker.is_turn_visible(&shown(0.0, 0.0), 0.0), "a label that turned away");
+        assert!(tracker.is_turn_visible(&round(shown(0.0, 0.0))), "a label that turned away");
     }
 }

@@ -78,6 +78,7 @@ pub fn poses_from_masks(
     let tried: Vec<_> = turns::spread(TURNS, seed)
         .into_par_iter()
         .map(|turn| coarse.scored(turns::centred(&solid, turn, main)))
+        .map(|one| (one.iou, one))
         .collect();
     let kept = turns::best_apart(tried, KEPT, TURNS_APART);
     let better: Vec<_> = kept.par_iter().map(|one| coarse.climbed(one, &FIRST)).collect();
@@ -92,22 +93,12 @@ pub fn poses_from_masks(
     let worth = |one: &MaskFit| {
         one.iou + painted.as_ref().map_or(0.0, |painted| painted.agreement(&solid, one))
     };
-    let mut rated: Vec<_> = sharp.into_iter().map(|one| (worth(&one), one)).collect();
-    let place = rated.iter().enumerate().max_by(|(_, one), (_, other)| one.0.total_cmp(&other.0));
-    let (_, &(highest, first)) = place.ok_or(TrackError::NoMask)?;
+    // Of equals, the last one is used.
+    let mut rated: Vec<_> = sharp.into_iter().rev().map(|one| (worth(&one), one)).collect();
+    let highest = rated.iter().map(|(worth, _)| *worth).fold(f64::NEG_INFINITY, f64::max);
     rated.retain(|(worth, _)| *worth >= highest - AS_GOOD);
-    rated.sort_by(|one, other| other.0.total_cmp(&one.0));
-    let mut found = vec![first];
-    for (_, one) in rated {
-        let turn = |other: &MaskFit| {
-            let off = other.world_from_object.inverse() * one.world_from_object;
-            off.log().fixed_rows::<3>(3).norm()
-        };
-        if found.iter().all(|other| turn(other) >= OTHER_RAD) {
-            found.push(one);
-        }
-    }
-    Ok(found)
+    let found = turns::best_apart(rated, KEPT, OTHER_RAD);
+    if found.is_empty() { Err(TrackError::NoMask) } else { Ok(found) }
 }
 
 fn check(

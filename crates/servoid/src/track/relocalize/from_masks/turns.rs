@@ -88,11 +88,12 @@ impl Bounds {
     }
 }
 
-/// Keeps the best, each with an orientation that differs enough from the better ones.
-pub(super) fn best_apart(mut tried: Vec<MaskFit>, most: usize, apart: f64) -> Vec<MaskFit> {
-    tried.sort_by(|one, other| other.iou.total_cmp(&one.iou));
+/// Keeps those of the greatest worth, each with an orientation that differs enough from the better
+/// ones.
+pub(super) fn best_apart(mut tried: Vec<(f64, MaskFit)>, most: usize, apart: f64) -> Vec<MaskFit> {
+    tried.sort_by(|one, other| other.0.total_cmp(&one.0));
     let mut kept: Vec<MaskFit> = Vec::with_capacity(most);
-    for one in tried {
+    for (_, one) in tried {
         let turn = one.world_from_object.rotation();
         let differs = |other: &MaskFit| other.world_from_object.rotation().angle_to(&turn) > apart;
         if kept.len() < most && kept.iter().all(differs) {

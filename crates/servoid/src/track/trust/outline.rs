@@ -18,8 +18,8 @@ const LEVER: f64 = 0.03;
 const LEVER_OF_ONE_LOOK: f64 = 0.06;
 /// Share of the points compared that are recognised, times that of those with the contrast of a
 /// pattern, usual and at most so far, from which on they show a rotation that the outline does not,
-/// unless most are printed: a plain bottle or skittle has up to 0.27, rings and highlights, which stay
-/// where they are while it turns; print gives 0.39 and more.
+/// unless most are printed: a plain bottle or skittle has up to 0.27, soft rings and highlights, which
+/// stay where they are while it turns; print gives 0.39 and more, but sharp rings give 0.6.
 const FILLED: f64 = 0.33;
 /// Agreement of the outline with the boundary, and share of what should be visible that is seen, from
 /// which on an outline alone shows the orientation.

@@ -33,7 +33,7 @@ from servoid.track import Tracked
 
 HERE = Pose.identity()
 IMAGES, TURNS = 24, 6
-TO_AND_FRO = 600  # images; all is there after 200, and rooms of the allocator are filled
+TO_AND_FRO, PART = 900, 150  # images; all is there after 200, and rooms of the allocator are filled
 MOST_POINTS = 640  # that are kept of a surface, with room for new ones
 
 
@@ -201,7 +201,7 @@ def test_a_turn_that_is_played_backwards_gives_the_same_body(name: str) -> None:
 
 
 def sizes_to_and_fro() -> tuple[list[tuple[float, int]], int]:
-    """Let an object turn to and fro; return what it takes after half of the images and after all.
+    """Let an object turn to and fro; return what it takes after each part of the images.
 
     That is the memory of this process in MB and of the appearance in bytes; then comes the largest
     number of points that were kept.
@@ -211,9 +211,9 @@ def sizes_to_and_fro() -> tuple[list[tuple[float, int]], int]:
     one = turning.begin()
     way = itertools.islice(itertools.cycle([*shown[1:], *shown[-2::-1]]), TO_AND_FRO)
     sizes, most = [], 0
-    for count, _ in enumerate(followed(one, way)):
+    for count, _ in enumerate(followed(one, way), 1):
         most = max(most, len(one.surface[0]))
-        if count % (TO_AND_FRO // 2) == 0 and count:
+        if count % PART == 0:
             sizes.append((resident_mb(), len(one.appearance() or b"")))
     return sizes, most
 
@@ -225,7 +225,8 @@ def test_memory_is_bounded_however_long_an_object_turns_to_and_fro() -> None:
     # A process of 950 MB, as other tests leave it, once grew by 21 MB on a busy computer.
     with ProcessPoolExecutor(1, get_context("spawn")) as own:
         sizes, most_points = own.submit(sizes_to_and_fro).result()
-    (half_mb, half), (whole_mb, whole) = sizes
+    all_mb, (_, half, *_, whole) = zip(*sizes, strict=True)
     assert most_points <= MOST_POINTS
-    assert whole_mb - half_mb < 10.0  # 0.0 to 0.7 was measured, of 10,000 images, too
+    # What the worker takes just then changes that by 6 MB, up and down; what is kept only grows.
+    assert min(np.diff(all_mb[1:])) < 5.0, all_mb
     assert whole < 1.05 * half  # 1.0005 was measured

@@ -1,10 +1,10 @@
 """Nothing wrong is trusted twice in a row, however objects turn, hide and leap."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ from scenes_trust import (
     trusts_twice,
 )
 from tiers import tiered
-from trust_scenes import COURSES, MESHES, write_course
+from trust_scenes import COURSES, FULL, MESHES, SMALL, write_course
 from trust_verdicts import stretches, verdicts
 
 from servoid.pose import Pose
@@ -37,7 +37,16 @@ LATE = [
     for name, (how, seeds) in product(COURSES, ((KNOWN, range(2)), (LOOKED_AT, range(1))))
     for seed in seeds
 ]
-Draw = Callable[[str, int], Path]
+SPINS = [
+    (how, size_px, seed)
+    for seed in (1, 2, 0)
+    for size_px in (FULL, SMALL)
+    for how in (KNOWN, LOOKED_AT)
+]
+
+
+class Draw(Protocol):
+    def __call__(self, name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path: ...
 
 
 @pytest.fixture(scope="module")
@@ -46,10 +55,11 @@ def course(drawn: Drawn, tmp_path_factory: pytest.TempPathFactory) -> Draw:
     folder = tmp_path_factory.mktemp("courses")
     source = digest([Path(trust_scenes.__file__)])
 
-    def draw(name: str, seed: int) -> Path:
-        path = folder / f"{name} {seed}"
+    def draw(name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path:
+        path = folder / f"{name} {seed} {size_px[0]}"
         if not path.exists():
-            drawn(path, "course", (name, seed, source), lambda new: write_course(new, name, seed))
+            key = (name, seed, source) if size_px == SMALL else (name, seed, size_px, source)
+            drawn(path, "course", key, lambda new: write_course(new, name, seed, size_px))
         return path
 
     return draw
@@ -90,9 +100,11 @@ def test_the_outline_of_a_known_shape_tells_its_turn_where_nothing_is_printed(
     assert np.degrees(found.turn[told].max()) < 10.0  # 2.2 to 5.1
 
 
-@pytest.mark.parametrize(("how", "seed"), tiered(list(product((KNOWN, LOOKED_AT), range(3))), 1))
-def test_nothing_tells_the_spin_of_a_plain_skittle(how: str, seed: int, course: Draw) -> None:
-    found = followed("skittle", how, seed, course("skittle", seed))
+@pytest.mark.parametrize(("how", "size_px", "seed"), tiered(SPINS, 1))
+def test_nothing_tells_the_spin_of_a_plain_skittle(
+    how: str, size_px: tuple[int, int], seed: int, course: Draw
+) -> None:
+    found = followed("skittle", how, seed, course("skittle", seed, size_px))
     assert not found.trusted_wrong.any() and found.tracking.mean() <= 0.1
 
 

@@ -51,6 +51,8 @@ pub struct Agreement {
     pub pull: Vector2<f64>,
     /// Standard deviation of the image's patch, in grey levels.
     pub contrast: f64,
+    /// Mean of the image's patch, in grey levels.
+    pub brightness: f64,
 }
 
 impl SurfacePoint {
@@ -203,6 +205,7 @@ impl SurfacePoint {
                 * (per_pixel * per_pixel),
             pull: Vector2::new(dot(&right, &apart), dot(&down, &apart)) * per_pixel,
             contrast: f64::from(length) / (SAMPLES as f64).sqrt(),
+            brightness: f64::from(values.iter().sum::<f32>()) / SAMPLES as f64,
         })
     }
 

@@ -151,6 +151,7 @@ mod tests {
             textured,
             printed,
             fine,
+            turning: textured,
             ratio: 1.0,
             outline: 1.0,
         }

@@ -47,6 +47,7 @@ impl Hypothesis {
             textured: 0.0,
             printed: 0.0,
             fine: 0.0,
+            turning: 0.0,
             ratio: 0.0,
             outline: 0.0,
         };

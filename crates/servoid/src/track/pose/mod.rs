@@ -10,3 +10,4 @@ pub(super) mod refine;
 pub(super) mod search;
 pub(super) mod uncertainty;
 pub(super) mod verify;
+pub(super) mod weakest_turn;

@@ -1,4 +1,5 @@
 use super::refine::{Evaluated, Workspace};
+use super::weakest_turn::WeakestTurn;
 use crate::fitness::Agreement;
 use crate::track::inputs::Inputs;
 use crate::track::target::points::Match;
@@ -22,6 +23,9 @@ pub(crate) struct Quality {
     /// Those of the recognised points around which the image is as finely patterned, for the size
     /// of the object, as shading never is.
     pub(crate) fine: f64,
+    /// Those of the recognised points that show the rotation that the outline shows least, by more
+    /// than shading.
+    pub(crate) turning: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
     pub(crate) ratio: f64,
     /// Mean agreement of the outline with the boundary in the images.
@@ -37,6 +41,11 @@ impl Quality {
     /// Returns the share of the recognised surface points that are finely patterned.
     pub(crate) fn fine_share(&self) -> f64 {
         self.fine / self.recognised.max(1.0)
+    }
+
+    /// Returns the share of the recognised surface points that show that rotation.
+    pub(crate) fn turning_share(&self) -> f64 {
+        self.turning / self.recognised.max(1.0)
     }
 }
 
@@ -60,15 +69,18 @@ const ENOUGH: f64 = 20.0;
 pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
     let reference = inputs.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
-    let (mut textured, mut printed, mut fine) = (0.0, 0.0, 0.0);
-    for Match { view, agreement, pixel, .. } in &workspace.matches {
+    let (mut textured, mut printed, mut fine, mut turning) = (0.0, 0.0, 0.0, 0.0);
+    let weakest = WeakestTurn::of(&found.normal.outline.0, inputs.solid.radius);
+    let brightness = brightness(&workspace.matches);
+    for Match { view, agreement, pixel, level, .. } in &workspace.matches {
         let feature = &inputs.points.features[view.point];
         let hit_rate = f64::from(feature.hit_rate());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
         let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
         expected += hit_rate;
         seen += worth;
-        let shows = |agreement| inputs.windows[view.camera].shows_texture(&agreement);
+        let window = &inputs.windows[view.camera];
+        let shows = |agreement| window.shows_texture(&agreement);
         if agreement.is_some_and(shows) {
             textured += worth;
         }
@@ -78,6 +90,13 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspa
         };
         if agreement.is_some_and(is_fine) {
             fine += worth;
+        }
+        let light = window.light.max(brightness);
+        let shows_turn = |found: Agreement| {
+            weakest.is_shown_by((&found, *level), &feature.point.position, (window.noise, light))
+        };
+        if agreement.is_some_and(shows_turn) {
+            turning += worth;
         }
         if feature.is_printed() || agreement.is_some_and(shows) {
             printed += worth;
@@ -119,5 +138,23 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspa
     let part = |all: f64| if all > 0.0 { (seen / all).min(1.0) } else { 0.0 };
     let (visible, share) = (part(expected), part(expected - excused));
     let support = 2.0 * seen - (expected - excused);
-    Quality { visible, share, support, recognised, textured, printed, fine, ratio, outline }
+    Quality {
+        visible,
+        share,
+        support,
+        recognised,
+        textured,
+        printed,
+        fine,
+        turning,
+        ratio,
+        outline,
+    }
+}
+
+/// Returns the mean brightness of the points that are recognised, in grey levels.
+fn brightness(matches: &[Match]) -> f64 {
+    let recognised = || matches.iter().filter(|one| one.is_recognised());
+    let all: f64 = recognised().filter_map(|one| one.agreement).map(|found| found.brightness).sum();
+    all / (recognised().count() as f64).max(1.0)
 }

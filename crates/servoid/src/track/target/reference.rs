@@ -19,12 +19,14 @@ pub(crate) struct Reference {
     pub(crate) printed_share: Option<f64>,
     /// Share of them that are finely patterned; not saved, either.
     pub(crate) fine_share: Option<f64>,
-    /// The largest of each of the three so far, since an object may have a label on one side only.
+    /// Share of them that show the rotation that the outline shows least, without the first image,
+    /// in which points on the boundary are not found out yet; not saved, either.
+    pub(crate) turning_share: Option<f64>,
+    /// The largest of each of the four so far, since an object may have a label on one side only.
     pub(crate) most_textured: f64,
     pub(crate) most_fine: f64,
     pub(crate) most_printed: f64,
-    /// The largest product so far of the recognised points and those with the contrast of a pattern.
-    pub(crate) most_filled: f64,
+    pub(crate) most_turning: f64,
     /// Pixels inside the outlines, times the squared distance.
     pub(crate) area: f64,
     /// Distance from the first camera, in metres.
@@ -59,14 +61,14 @@ impl Reference {
         self.textured = quality.textured;
         self.printed_share = Some(quality.printed_share());
         self.fine_share = Some(quality.fine_share());
-        self.note_most(quality.recognised);
+        self.note_most();
     }
 
-    fn note_most(&mut self, recognised: f64) {
-        self.most_filled = self.most_filled.max(self.textured * recognised);
+    fn note_most(&mut self) {
         self.most_textured = self.most_textured.max(self.textured);
         self.most_printed = self.most_printed.max(self.printed_share.unwrap_or(0.0));
         self.most_fine = self.most_fine.max(self.fine_share.unwrap_or(0.0));
+        self.most_turning = self.most_turning.max(self.turning_share.unwrap_or(0.0));
     }
 
     /// Updates it by the quality of an image in which the pose was trusted.
@@ -80,7 +82,8 @@ impl Reference {
         self.textured += rate * (quality.textured - self.textured);
         self.printed_share = Some(mean(self.printed_share, quality.printed_share()));
         self.fine_share = Some(mean(self.fine_share, quality.fine_share()));
-        self.note_most(self.recognised);
+        self.turning_share = Some(mean(self.turning_share, quality.turning_share()));
+        self.note_most();
         self.support += RATE * (quality.support - self.support);
     }
 }

@@ -213,8 +213,20 @@ pub(crate) mod tests {
 
     pub(super) fn quality(share: f64, recognised: f64) -> Quality {
         let (visible, ratio, outline) = (share, 1.0, 1.0);
-        let (support, textured, printed, fine) = (recognised, recognised, recognised, recognised);
-        Quality { visible, share, support, recognised, textured, printed, fine, ratio, outline }
+        let (support, textured, printed) = (recognised, recognised, recognised);
+        let (fine, turning) = (recognised, recognised);
+        Quality {
+            visible,
+            share,
+            support,
+            recognised,
+            textured,
+            printed,
+            fine,
+            turning,
+            ratio,
+            outline,
+        }
     }
 
     fn hypothesis(quality: Quality) -> Hypothesis {

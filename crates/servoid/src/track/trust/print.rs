@@ -8,7 +8,7 @@ use crate::track::tracker::Tracker;
 
 /// Mean share of the recognised surface points with the contrast of a pattern, from which on the
 /// object counts as patterned. Shading alone gives most points of a glossy toy that contrast.
-pub(super) const MOSTLY: f64 = 0.85;
+const MOSTLY: f64 = 0.85;
 /// Mean share of the recognised surface points that must be finely patterned for the orientation to
 /// be reported: the shading of a smooth toy has the contrast of a pattern, but varies slowly; the same
 /// where a single camera sees it, and fewer points.

@@ -5,7 +5,7 @@ pair, a mask in the first left image only, `truth/left_from_object.csv` and `tru
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from servoid.pose import Pose
 from servoid.record import Waypoint, write_trajectory
 from servoid.sim.samples.surface import obj_text
 from servoid.sim.world.objects.loft import lathe
-from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Visual
+from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Texture, Visual
 from servoid_experiments.modelling import design_of
 from servoid_experiments.tracking.cases import Eyes, Scene
 from servoid_experiments.tracking.footage import RATE_HZ, SetUp
@@ -73,21 +73,24 @@ TOYS = {
     "spot": Toy(0.15, (0.75, 0.7, 0.65)),
 }
 _TOY = "toy "  # before the name of one
-SKITTLE = "skittle"  # turned on a lathe, and of one colour: nothing shows its spin
-_LATHED = ((20, -90), (34, -60), (36, -20), (20, 20), (14, 50), (19, 70), (12, 90))  # mm
+# Turned on a lathe: a skittle of one colour, whose spin nothing shows, and a bottle with a label on
+# a third of its girth. Profiles are radii and heights in millimetres.
+SKITTLE, LABELLED = "skittle", "labelled bottle"
+_PROFILES = {
+    SKITTLE: ((20, -90), (34, -60), (36, -20), (20, 20), (14, 50), (19, 70), (12, 90)),
+    LABELLED: ((30, -90), (34, -85), (34, 30), (20, 55), (12, 70), (12, 90)),
+}
 _RINGS = 60
 _PAINT = (0.8, 0.25, 0.2)
+_LABEL_PX, _GLASS = (200, 600), (60, 120, 190)  # of its texture, once around; grey levels of sRGB
 
 
 @cache
 def mesh_of(name: str) -> Mesh:
     """Return vertices (N, 3) in metres and faces (M, 3) of an object, in its own frame."""
-    if name == SKITTLE:
-        radii, heights = 1e-3 * np.array(_LATHED).T
-        rings = np.linspace(heights[0], heights[-1], _RINGS)  # many, for sharp creases
-        made = lathe(list(zip(np.interp(rings, heights, radii), rings, strict=True)))
-        upright = made.vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0)
-        return close_mesh(upright, made.faces)[:2]
+    if name in _PROFILES:
+        made = _lathed(name)
+        return close_mesh(made.vertices, made.faces)[:2]
     if not name.startswith(_TOY):
         design = design_of(name)
         return design.vertices, design.faces
@@ -98,8 +101,28 @@ def mesh_of(name: str) -> Mesh:
     return np.ascontiguousarray((mesh.vertices - 0.5 * (low + high)) * scale), mesh.faces
 
 
+def _lathed(name: str) -> MeshShape:
+    radii, heights = 1e-3 * np.array(_PROFILES[name]).T
+    rings = np.linspace(heights[0], heights[-1], _RINGS)  # many, for sharp creases
+    made = lathe(list(zip(np.interp(rings, heights, radii), rings, strict=True)))
+    return replace(made, vertices=made.vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0))
+
+
+def _label() -> Texture:
+    """Draw a label of coloured blocks on a third of a bottle's girth, at first in front."""
+    height, width = _LABEL_PX
+    rows, columns = slice(height // 3, 5 * height // 6), slice(7 * width // 12, 11 * width // 12)
+    texture = np.full((height, width, 3), _GLASS, np.uint8)
+    random = np.random.default_rng(5)
+    blocks = random.integers(0, 2, (20, 40, 1)) * random.integers(120, 255, (20, 40, 3))
+    texture[rows, columns] = np.kron(blocks, np.ones((5, 5, 1)))
+    return texture
+
+
 def parts_of(name: str) -> tuple[Visual, ...] | None:
     """Return what a toy is drawn as; nothing for the world's own objects, which it draws itself."""
+    if name == LABELLED:
+        return (Visual(_lathed(name), Finish(texture=_label(), gloss=GLOSS), OBJECT),)
     if name != SKITTLE and not name.startswith(_TOY):
         return None
     color = _PAINT if name == SKITTLE else TOYS[name.removeprefix(_TOY)].color
@@ -167,9 +190,12 @@ TOY_COURSES = {
     "toys": Course(_ALL_TOYS, 60, 3.0, turned_deg=sway),
     "toys that turn": Course(_ALL_TOYS, 60, 3.0, turned_deg=on_and_on),
 }
-SKITTLES = {"skittle": Course((SKITTLE,), 60, 3.0, turned_deg=on_and_on)}
+SPINS = {
+    "skittle": Course((SKITTLE,), 60, 3.0, turned_deg=on_and_on),
+    "labelled bottle": Course((LABELLED,), 100, 3.0, turned_deg=on_and_on),
+}
 # The toys only where their meshes lie beside the repository.
-ALL_COURSES = COURSES | SKITTLES | TOY_COURSES
+ALL_COURSES = COURSES | SPINS | TOY_COURSES
 
 
 def write_course(folder: Path, name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path:

@@ -108,6 +108,15 @@ def test_nothing_tells_the_spin_of_a_plain_skittle(
     assert not found.trusted_wrong.any() and found.tracking.mean() <= 0.1
 
 
+@pytest.mark.parametrize(("how", "seed"), tiered(list(product((KNOWN, LOOKED_AT), (2, 3, 1))), 1))
+def test_the_spin_of_a_bottle_is_not_told_where_its_label_turned_away(
+    how: str, seed: int, course: Draw
+) -> None:
+    found = followed("labelled bottle", how, seed, course("labelled bottle", seed, FULL))
+    assert not found.trusted_wrong.any()
+    assert found.tracking[:25].all()  # it turns by 108 degrees until then
+
+
 @pytest.mark.parametrize("seed", tiered((2, 3, 8), 1))
 def test_the_shading_of_a_smooth_toy_is_no_pattern_by_which_its_turn_is_trusted(
     seed: int, course: Draw

@@ -169,7 +169,7 @@ impl Target {
         let mut ids = Vec::new();
         for group in seen.chunk_by(|a, b| a.1.id == b.1.id) {
             let Some(known) = self.points.with_id(group[0].1.id) else { continue };
-            if group.len() < 2 {
+            if group.len() < 2 || known.slides {
                 continue;
             }
             let landmark = bundle.landmarks.len();

@@ -45,6 +45,7 @@ impl Tracker {
     /// predicted without this image, or none where the object was lost.
     pub(crate) fn follow_drift(&mut self, hypothesis: &Hypothesis, foreseen: Option<f64>) {
         let slip = slip(&hypothesis.quality, self.frame.open());
+        self.note_unseen_turn(hypothesis);
         let (points, radius) = (&mut self.target.points, self.target.solid.radius);
         let known = points.drift_seen(&self.workspace.matches, &hypothesis.toward, slip * slip);
         let lost = FOUND_RAD * FOUND_RAD;
@@ -62,6 +63,12 @@ impl Tracker {
         }
         // Where much is missed, an apparently known side may be another one.
         let is_clear = hypothesis.quality.share >= CLEAR;
+        let is_unseen = self.trust.turn_unseen > 0;
+        let drift = if is_unseen { drift.max(lost) } else { drift };
+        if is_unseen {
+            points.note_sliding(&self.workspace.matches);
+            self.target.keyframes.followed = false;
+        }
         points.drift_variance = if is_clear { drift } else { drift.max(points.drift_variance) };
     }
 

@@ -203,7 +203,7 @@ impl Tracker {
     ) -> Hypothesis {
         let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
         let found = refine(&inputs, (*start, coarsest), prior, &mut self.workspace);
-        Hypothesis::new(&inputs, &found, verify(&inputs, &found, &self.workspace))
+        Hypothesis::new(&inputs, &found, verify(&inputs, &found, &mut self.workspace))
     }
 
     /// Verifies a pose without refining it.
@@ -215,6 +215,6 @@ impl Tracker {
     ) -> Hypothesis {
         let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
         let found = evaluate_at(&inputs, *pose, prior, &mut self.workspace);
-        Hypothesis::new(&inputs, &found, verify(&inputs, &found, &self.workspace))
+        Hypothesis::new(&inputs, &found, verify(&inputs, &found, &mut self.workspace))
     }
 }

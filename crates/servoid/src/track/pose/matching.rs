@@ -47,7 +47,15 @@ pub(crate) fn match_points(
         // missed.
         if agreement.is_some() || is_inside() {
             let pixel = place.map(|(pixel, _)| pixel);
-            workspace.matches.push(Match { view: *view, agreement, level: used, pixel, at, moved });
+            workspace.matches.push(Match {
+                view: *view,
+                agreement,
+                level: used,
+                pixel,
+                at,
+                moved,
+                turns: false,
+            });
         }
     }
 }

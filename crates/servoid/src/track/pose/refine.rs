@@ -219,7 +219,8 @@ fn linearize(
     }
     let (mut camera, mut eye) = (usize::MAX, None);
     workspace.distances.clear();
-    for Match { view, agreement, level: matched_level, pixel, at, moved } in &workspace.matches {
+    for Match { view, agreement, level: matched_level, pixel, at, moved, .. } in &workspace.matches
+    {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
             if view.camera != camera {
                 let seen = inputs.windows[view.camera].projection(&pose);

@@ -23,8 +23,8 @@ pub(crate) struct Quality {
     /// Those of the recognised points around which the image is as finely patterned, for the size
     /// of the object, as shading never is.
     pub(crate) fine: f64,
-    /// Those of the recognised points that show the rotation that the outline shows least, by more
-    /// than shading.
+    /// Those of the recognised points that show the rotation that the outline shows least by more
+    /// than shading, now or in most images in which they were recognised.
     pub(crate) turning: f64,
     /// Mean log-likelihood ratio of the pixels inside the outline.
     pub(crate) ratio: f64,
@@ -66,13 +66,13 @@ const ENOUGH: f64 = 20.0;
 /// colours inside the outline and the boundary around it, the latter two relative to the reference.
 /// Hidden parts are excused as far as enough is recognised elsewhere: a wrong pose must not excuse
 /// itself.
-pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspace) -> Quality {
+pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &mut Workspace) -> Quality {
     let reference = inputs.reference;
     let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
     let (mut textured, mut printed, mut fine, mut turning) = (0.0, 0.0, 0.0, 0.0);
     let weakest = WeakestTurn::of(&found.normal.outline.0, inputs.solid.radius);
     let brightness = brightness(&workspace.matches);
-    for Match { view, agreement, pixel, level, .. } in &workspace.matches {
+    for Match { view, agreement, pixel, level, turns, .. } in &mut workspace.matches {
         let feature = &inputs.points.features[view.point];
         let hit_rate = f64::from(feature.hit_rate());
         let correlation = agreement.map_or(0.0, |a| a.correlation);
@@ -92,10 +92,11 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &Workspa
             fine += worth;
         }
         let light = window.light.max(brightness);
-        let shows_turn = |found: Agreement| {
-            weakest.is_shown_by((&found, *level), &feature.point.position, (window.noise, light))
-        };
-        if agreement.is_some_and(shows_turn) {
+        *turns = agreement.is_some_and(|found| {
+            let at = &feature.point.position;
+            weakest.is_shown_by((&found, *level), at, (window.noise, light))
+        });
+        if *turns || feature.shows_turns() {
             turning += worth;
         }
         if feature.is_printed() || agreement.is_some_and(shows) {

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector2, Vector3, Vector6};
 
 use crate::fitness::Agreement;
+use crate::pose::Pose;
 use crate::track::target::points::by_motion;
 
 /// Share of all information that is added to that of the translation, so that it has an inverse.
@@ -45,6 +46,11 @@ impl WeakestTurn {
             motion: Vector6::new(shift.x, shift.y, shift.z, axis.x, axis.y, axis.z),
             lever: (left.eigenvalues[weakest].max(0.0) / all).sqrt() / radius,
         }
+    }
+
+    /// Returns the motion of an object that turns by an angle in radians, in its own frame.
+    pub(crate) fn by(&self, angle: f64) -> Pose {
+        Pose::exp(&(self.motion * angle))
     }
 
     /// Returns whether the image of a point changes faster with the rotation than that of a surface

@@ -40,7 +40,8 @@ impl Tracker {
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
         if self.trust.is_started() && self.trust.was_seen_lately() {
-            self.relocalize_locally(observation, (expected, 1), hypothesis)
+            let near = *expected * self.unseen_turn(hypothesis);
+            self.relocalize_locally(observation, (&near, 1), hypothesis)
         } else {
             self.relocalize_globally(observation, 1, hypothesis)
         }
@@ -55,8 +56,8 @@ impl Tracker {
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
         let mut rival = *hypothesis;
-        let evaluations =
-            self.relocalize_locally(observation, (&hypothesis.pose, 1), &mut rival)?;
+        let near = hypothesis.pose * self.unseen_turn(hypothesis);
+        let evaluations = self.relocalize_locally(observation, (&near, 1), &mut rival)?;
         let better = rival.quality.support > BETTER * hypothesis.quality.support
             && rival.quality.share >= self.settings.trusted;
         if better {

@@ -22,6 +22,8 @@ pub(crate) struct Feature {
     pub(crate) is_from_body: bool,
     /// Whether its distance is estimated from motion alone.
     pub(crate) is_from_motion: bool,
+    /// Whether it was recognised while nothing showed the orientation: it does not show it, either.
+    pub(crate) slides: bool,
     /// Rotation of the object since then, in radians, up to which it was recognised among many
     /// others: it does not slip within that range.
     pub(super) proved: f64,
@@ -43,6 +45,7 @@ impl Feature {
             drift_variance: 0.0,
             is_from_body: false,
             is_from_motion: false,
+            slides: false,
             proved: 0.0,
             record,
             texture: Texture::default(),
@@ -109,26 +112,41 @@ impl Feature {
         self.record.hit_rate()
     }
 
-    /// Records whether it had the contrast of a pattern in an image in which it was recognised.
-    pub(crate) fn note_texture(&mut self, shows: bool) {
-        self.texture.images = self.texture.images.saturating_add(1);
-        self.texture.showed = self.texture.showed.saturating_add(u32::from(shows));
+    /// Records whether it had the contrast of a pattern in an image in which it was recognised, and
+    /// whether it showed the rotation that the outline showed least.
+    pub(crate) fn note_texture(&mut self, shows: bool, turns: bool) {
+        let Texture { images, showed, turned } = &mut self.texture;
+        *images = images.saturating_add(1);
+        *showed = showed.saturating_add(u32::from(shows));
+        *turned = turned.saturating_add(u32::from(turns));
     }
 
     /// Returns whether it is known to be part of a pattern: it had the contrast of one in most
     /// images, not necessarily in each.
     pub(crate) fn is_printed(&self) -> bool {
-        let Texture { images, showed } = self.texture;
-        images >= LEAST_LOOKS && showed >= images.div_ceil(2)
+        self.texture.is_most(self.texture.showed)
+    }
+
+    /// Returns whether it is known to show rotations that the outline does not, as it did so in most
+    /// images.
+    pub(crate) fn shows_turns(&self) -> bool {
+        self.texture.is_most(self.texture.turned)
     }
 }
 
 /// Number of images in which a point was recognised, and in which it also had the contrast of a
-/// pattern.
+/// pattern, or showed the rotation that the outline showed least.
 #[derive(Debug, Clone, Copy, Default)]
 struct Texture {
     images: u32,
     showed: u32,
+    turned: u32,
+}
+
+impl Texture {
+    fn is_most(&self, count: u32) -> bool {
+        self.images >= LEAST_LOOKS && count >= self.images.div_ceil(2)
+    }
 }
 
 /// Images in which a point must be recognised before it may be known as part of a pattern.
@@ -186,11 +204,12 @@ pub(crate) mod tests {
         for image in 0..40 {
             assert_eq!(print.is_printed(), image >= LEAST_LOOKS, "{image}");
             assert!(!shading.is_printed(), "{image}");
-            print.note_texture(image < 20);
-            shading.note_texture(image % 5 == 0);
+            print.note_texture(image < 20, image % 3 == 0);
+            shading.note_texture(image % 5 == 0, image % 3 > 0);
         }
         assert!(print.is_printed(), "half of the images is enough");
-        print.note_texture(false);
+        assert!(shading.shows_turns() && !print.shows_turns());
+        print.note_texture(false, false);
         assert!(!print.is_printed(), "less is not");
     }
 }

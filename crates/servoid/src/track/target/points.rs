@@ -30,6 +30,8 @@ pub(crate) struct Match {
     /// learned, in metres.
     pub(crate) at: usize,
     pub(crate) moved: f64,
+    /// Whether it shows the rotation that the outline shows least, by more than shading.
+    pub(crate) turns: bool,
 }
 
 impl Match {
@@ -139,7 +141,7 @@ impl Points {
         matches: &[Match],
         (windows, occlusion): (&[Window], &Occlusion),
     ) {
-        for Match { view, agreement, pixel, .. } in matches {
+        for Match { view, agreement, pixel, turns, .. } in matches {
             let (Some(agreement), Some(pixel)) = (agreement, pixel) else { continue };
             if occlusion.hides(view.camera, pixel) > 0.0 {
                 continue;
@@ -148,7 +150,7 @@ impl Points {
             let agrees = agreement.correlation > RECOGNISED;
             feature.record.count_hits(agrees);
             if agrees {
-                feature.note_texture(windows[view.camera].shows_texture(agreement));
+                feature.note_texture(windows[view.camera].shows_texture(agreement), *turns);
             }
         }
         self.features.retain(|feature| feature.record.is_good());
@@ -220,7 +222,7 @@ impl Points {
             }
         }
         for (feature, drift) in self.features.iter_mut().zip(drifts) {
-            if drift.is_finite() {
+            if drift.is_finite() && !feature.slides {
                 feature.drift_variance = drift;
             }
         }

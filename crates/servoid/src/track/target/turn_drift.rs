@@ -26,6 +26,9 @@ impl Points {
         for one in matches.iter().filter(|one| one.is_recognised()) {
             let feature = &mut self.features[one.view.point];
             self.seen.push(feature.id);
+            if feature.slides {
+                continue;
+            }
             let turned = turned(feature, toward);
             if slip < PROVES * PROVES {
                 feature.proved = feature.proved.max(turned);
@@ -34,6 +37,14 @@ impl Points {
                 .push(feature.drift_variance + 0.5 * slip * (turned - feature.proved).max(0.0));
         }
         median(&mut self.drifts)
+    }
+
+    /// Takes the points that agree with images as such that are recognised however the object turns.
+    pub(crate) fn note_sliding(&mut self, matches: &[Match]) {
+        for one in matches.iter().filter(|one| one.is_recognised()) {
+            let feature = &mut self.features[one.view.point];
+            feature.slides |= !(one.turns || feature.shows_turns());
+        }
     }
 
     /// Returns the variance of the orientation since the first image.
@@ -52,4 +63,51 @@ fn median(values: &mut [f64]) -> Option<f64> {
     let half = values.len() / 2;
     let enough = values.len() >= LEAST_KNOWN;
     enough.then(|| *values.select_nth_unstable_by(half, f64::total_cmp).1)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix2, Matrix2x3, Vector2};
+
+    use super::super::feature::tests::feature;
+    use super::super::points::InView;
+    use super::*;
+    use crate::fitness::Agreement;
+
+    const DRIFT: f64 = 0.01;
+
+    fn recognised(point: usize, turns: bool) -> Match {
+        let agreement = Agreement {
+            pixel: Vector2::zeros(),
+            slope: Matrix2x3::zeros(),
+            correlation: 1.0,
+            tensor: Matrix2::identity(),
+            pull: Vector2::zeros(),
+            contrast: 20.0,
+            brightness: 100.0,
+        };
+        let view = InView { point, camera: 0, template: 0 };
+        let (agreement, pixel) = (Some(agreement), None);
+        Match { view, agreement, level: 0, pixel, at: point, moved: 0.0, turns }
+    }
+
+    #[test]
+    fn what_is_recognised_while_nothing_shows_the_orientation_never_tells_its_drift() {
+        let mut points = Points::default();
+        points.add(&mut vec![feature(); 3 * LEAST_KNOWN]);
+        for feature in &mut points.features {
+            feature.drift_variance = DRIFT;
+        }
+        let all: Vec<_> = (0..3 * LEAST_KNOWN).map(|at| recognised(at, at % 3 == 0)).collect();
+        let toward = points.features[0].point.toward;
+        assert_eq!(points.drift_seen(&all, &toward, 0.0), Some(DRIFT));
+        points.note_sliding(&all);
+        assert_eq!(points.features.iter().filter(|one| one.slides).count(), 2 * LEAST_KNOWN);
+        assert_eq!(points.drift_seen(&all, &toward, 0.0), Some(DRIFT), "a third showed it");
+        assert_eq!(points.drift_seen(&all[..30], &toward, 0.0), None, "too few did");
+        let drifts: Vec<_> = points.features.iter().map(|one| (one.id, 0.0)).collect();
+        points.know_drift(drifts.into_iter());
+        let known = |one: &Feature| one.drift_variance < DRIFT;
+        assert!(points.features.iter().all(|one| known(one) != one.slides));
+    }
 }

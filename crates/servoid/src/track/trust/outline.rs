@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix6, SymmetricEigen};
 
+use crate::pose::Pose;
 use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::refine::Normal;
 use crate::track::pose::uncertainty::inverse;
@@ -19,6 +20,11 @@ const LEVER_OF_ONE_LOOK: f64 = 0.06;
 /// Usual share, or the most so far, of the recognised points that show a rotation, from which on it
 /// is shown where the outline does not show it.
 const TURNS: f64 = 0.18;
+/// That share lately, compared with this, and the outline's lever squared, compared with its least:
+/// their sum below which the rotation is not seen.
+const UNSEEN: f64 = 1.1;
+/// Rotation, in radians per image, by which poses that were not seen are tried one after the other.
+const ON_RAD: f64 = 0.29;
 /// Agreement of the outline with the boundary, and share of what should be visible that is seen, from
 /// which on an outline alone shows the orientation.
 const FITS: f64 = 0.7;
@@ -34,9 +40,34 @@ impl Tracker {
     pub(in crate::track) fn is_turn_visible(&self, hypothesis: &Hypothesis) -> bool {
         let Reference { turning_share, most_turning, .. } = self.target.reference;
         let turning = turning_share.map_or(hypothesis.quality.turning_share(), |_| most_turning);
+        turning >= TURNS || self.outline_shows_all(hypothesis)
+    }
+
+    /// Notes whether neither print nor the outline showed some rotation lately, of an object that
+    /// has print on another side.
+    pub(in crate::track) fn note_unseen_turn(&mut self, hypothesis: &Hypothesis) {
+        let turning = self.trust.follow_turning(hypothesis.quality.turning_share());
+        let is_printed = self.target.reference.most_turning >= TURNS;
+        let shown = turning / TURNS + (self.lever(hypothesis) / self.least_lever()).powi(2);
+        let is_unseen = self.settings.region && is_printed && shown < UNSEEN;
+        self.trust.turn_unseen = if is_unseen { self.trust.turn_unseen + 1 } else { 0 };
+    }
+
+    /// Returns how an object may have turned while nothing showed it: a little farther with each
+    /// image, all the way around.
+    pub(in crate::track) fn unseen_turn(&self, hypothesis: &Hypothesis) -> Pose {
+        let angle = ON_RAD * self.trust.turn_unseen as f64;
+        WeakestTurn::of(&hypothesis.normal.outline.0, self.target.solid.radius).by(angle)
+    }
+
+    /// Returns whether all rotations move the outline.
+    fn outline_shows_all(&self, hypothesis: &Hypothesis) -> bool {
+        !self.settings.region || self.lever(hypothesis) >= self.least_lever()
+    }
+
+    fn least_lever(&self) -> f64 {
         let is_one_look = self.frame.cameras.len() > 1 && !self.settings.known_shape;
-        let least = if is_one_look { LEVER_OF_ONE_LOOK } else { LEVER };
-        !self.settings.region || turning >= TURNS || self.lever(hypothesis) >= least
+        if is_one_look { LEVER_OF_ONE_LOOK } else { LEVER }
     }
 
     fn lever(&self, hypothesis: &Hypothesis) -> f64 {
@@ -67,32 +98,40 @@ fn is_certain(outline: &Matrix6<f64>, radius: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Vector2, Vector3};
+
     use super::*;
-    use crate::pose::Pose;
     use crate::track::Status;
     use crate::track::pose::weakest_turn::tests::{HANDLE, RADIUS, outlined, vase};
     use crate::track::trust::tests::{quality, tracker};
 
+    /// Returns what is seen of an object with an outline, and with a share of its points by which
+    /// a rotation shows.
+    fn hypothesis(rim: &[(Vector3<f64>, Vector2<f64>)], turning: f64) -> Hypothesis {
+        let mut hypothesis = Hypothesis::nothing(Pose::identity(), RADIUS);
+        hypothesis.normal.outline.0 = outlined(rim, 1.0);
+        hypothesis.quality = shown(turning);
+        hypothesis
+    }
+
+    fn shown(turning: f64) -> Quality {
+        Quality { turning: 60.0 * turning, ..quality(1.0, 60.0) }
+    }
+
     #[test]
     fn a_turn_that_moves_no_outline_is_visible_only_by_print_that_it_moves() {
         let mut tracker = tracker(Status::Tracking, 60.0);
-        let hypothesis = |rim: &[_], quality: Quality| {
-            let mut hypothesis = Hypothesis::nothing(Pose::identity(), RADIUS);
-            (hypothesis.normal.outline.0, hypothesis.quality) = (outlined(rim, 1.0), quality);
-            hypothesis
-        };
         let plain = vase(RADIUS, 0.3);
         let handled = [&plain[..], &HANDLE].concat();
-        let shown = |turning: f64| Quality { turning: 60.0 * turning, ..quality(1.0, 60.0) };
         for step in 0..=50 {
             let turning = 0.02 * f64::from(step);
-            assert!(tracker.is_turn_visible(&hypothesis(&handled, shown(turning))));
-            let is_visible = tracker.is_turn_visible(&hypothesis(&plain, shown(turning)));
+            assert!(tracker.is_turn_visible(&hypothesis(&handled, turning)));
+            let is_visible = tracker.is_turn_visible(&hypothesis(&plain, turning));
             assert_eq!(is_visible, turning >= TURNS, "{turning}");
         }
         tracker.target.reference.begin(&shown(1.0));
         tracker.target.reference.follow(&shown(0.0), 0.5);
-        let round = hypothesis(&plain, shown(0.0));
+        let round = hypothesis(&plain, 0.0);
         assert!(!tracker.is_turn_visible(&round), "points of the background in the first image");
         tracker.target.reference.follow(&shown(1.0), 0.5);
         for _ in 0..200 {
@@ -100,5 +139,28 @@ mod tests {
         }
         tracker.target.reference.follow(&shown(0.0), 0.5);
         assert!(tracker.is_turn_visible(&round), "a label that turned away");
+    }
+
+    #[test]
+    fn the_spin_of_a_bottle_is_unseen_once_its_label_has_turned_away_unless_its_outline_shows_it() {
+        let plain = vase(RADIUS, 0.3);
+        let handled = [&plain[..], &HANDLE].concat();
+        let learns = |tracker: &mut Tracker| tracker.allowed_updates(&quality(0.9, 60.0)).surface;
+        for (is_printed, rim) in [(false, &plain), (true, &handled), (true, &plain)] {
+            let mut tracker = tracker(Status::Tracking, 60.0);
+            tracker.target.reference.most_turning = if is_printed { 2.0 * TURNS } else { 0.0 };
+            for image in 0..20 {
+                let turning = if image < 10 { 2.0 * TURNS } else { 0.0 };
+                tracker.follow_drift(&hypothesis(rim, turning), None);
+                assert!(image > 9 || tracker.trust.turn_unseen == 0);
+            }
+            let is_unseen = is_printed && rim == &plain;
+            assert_eq!(tracker.trust.turn_unseen > 0, is_unseen);
+            assert_eq!(learns(&mut tracker), !is_unseen);
+            let turn = tracker.unseen_turn(&hypothesis(rim, 0.0)).log().fixed_rows::<3>(3).norm();
+            assert_eq!(turn > 0.1, is_unseen, "where it is sought");
+            tracker.follow_drift(&hypothesis(rim, 1.0), None);
+            assert_eq!(tracker.trust.turn_unseen, 0, "its label is back");
+        }
     }
 }

@@ -25,6 +25,8 @@ const FOUND: f64 = 0.85;
 /// drift, where distances come from motion alone: a mirrored tilt often appears to drift just less
 /// than that.
 const REGAINED: f64 = 0.8;
+/// Weight of the newest image in a mean over a few.
+const LATELY: f64 = 0.3;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
 
@@ -44,6 +46,10 @@ pub(in crate::track) struct Trust {
     pub(super) confirmed: bool,
     /// Whether it was followed in all images since its pose was given.
     is_continuous: bool,
+    /// Share of the recognised points that show the rotation which the outline shows least, lately.
+    turning: f64,
+    /// Images since which nothing shows that rotation, of an object with print on another side.
+    pub(in crate::track) turn_unseen: usize,
     /// Whether the orientation was reported last.
     pub(in crate::track) is_oriented: bool,
     /// Images since the orientation was last known well.
@@ -55,7 +61,7 @@ pub(in crate::track) struct Trust {
 impl Trust {
     /// Starts with an object that was never seen.
     pub(in crate::track) fn unstarted() -> Self {
-        Self { proved: true, ..Self::default() }
+        Self { proved: true, turning: 1.0, ..Self::default() }
     }
 
     /// Starts with an object whose pose was given; `confirmed` states whether the images confirm
@@ -63,6 +69,13 @@ impl Trust {
     pub(in crate::track) fn given(confirmed: bool) -> Self {
         let (unseen, is_continuous) = (usize::from(!confirmed), confirmed);
         Self { unseen, started: true, confirmed, is_continuous, ..Self::unstarted() }
+    }
+
+    /// Averages the share of the recognised points that show the rotation which the outline shows
+    /// least, and returns its mean lately.
+    pub(in crate::track) fn follow_turning(&mut self, share: f64) -> f64 {
+        self.turning += LATELY * (share - self.turning);
+        self.turning
     }
 
     pub(in crate::track) fn is_started(&self) -> bool {
@@ -148,7 +161,7 @@ impl Trust {
         let &Quality { visible, recognised, .. } = quality;
         let is_clear = visible >= CLEAR;
         self.cooldown = if is_clear { self.cooldown.saturating_sub(1) } else { COOLDOWN };
-        if !located {
+        if !located || self.turn_unseen > 0 {
             return Updates { colors: false, surface: false, whole: false };
         }
         // What hides the object must not become part of it, and a pose that is slightly off must

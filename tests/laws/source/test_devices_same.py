@@ -74,12 +74,28 @@ def trajectory(capture: Capture, instants: Sequence[Instant]) -> list[Estimate]:
     return [followed.first.estimate, *later]
 
 
-def assert_same(capture: Capture, live: Sequence[Instant], folder: Sequence[Instant]) -> None:
+Recorded = tuple[Capture, list[Instant], list[Estimate]]
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Recorded:
+    """Return the recording, its observations and its trajectory, for all that show it anew."""
+    capture = open_capture(MUSTARD)
+    folder = from_folder(capture)
+    return capture, folder, trajectory(capture, folder)
+
+
+def assert_same(
+    capture: Capture,
+    live: Sequence[Instant],
+    folder: Sequence[Instant],
+    wanted: Sequence[Estimate],
+) -> None:
     assert len(live) == len(folder) == COUNT
     for one, other in zip(live, folder, strict=True):
-        for image, wanted in zip(one.images, other.images, strict=True):
-            assert image is not None and wanted is not None and np.array_equal(image, wanted)
-    found, wanted = trajectory(capture, live), trajectory(capture, folder)
+        for image, true in zip(one.images, other.images, strict=True):
+            assert image is not None and true is not None and np.array_equal(image, true)
+    found = trajectory(capture, live)
     assert found == wanted
     poses = [np.stack([one.world_from_object.matrix() for one in run]) for run in (found, wanted)]
     assert poses[0].tobytes() == poses[1].tobytes()
@@ -95,18 +111,20 @@ def side_by_side(capture: Capture) -> list[LiveCamera]:
     ]
 
 
-def test_a_gige_camera_and_a_folder_give_the_same_trajectory_to_the_bit(tmp_path: Path) -> None:
-    capture = open_capture(MUSTARD)
-    folder = from_folder(capture)
+def test_a_gige_camera_and_a_folder_give_the_same_trajectory_to_the_bit(
+    recorded: Recorded, tmp_path: Path
+) -> None:
+    capture, folder, wanted = recorded
     images = np.stack([np.concatenate(one.images, axis=1) for one in folder])  # type: ignore
     with gige_camera(tmp_path, images, "RGB8", 10.0):
         live = from_live(lambda: side_by_side(capture), folder)
-    assert_same(capture, live, folder)
+    assert_same(capture, live, folder, wanted)
 
 
-def test_streams_of_a_folders_jpeg_files_give_its_trajectory_to_the_bit(tmp_path: Path) -> None:
-    capture = open_capture(MUSTARD)
-    folder = from_folder(capture)
+def test_streams_of_a_folders_jpeg_files_give_its_trajectory_to_the_bit(
+    recorded: Recorded, tmp_path: Path
+) -> None:
+    capture, folder, wanted = recorded
     for camera in capture.cameras:  # a stream plays all files of a folder before it begins again
         (tmp_path / camera.name).mkdir()
         for picture in camera.pictures[:COUNT]:
@@ -121,7 +139,7 @@ def test_streams_of_a_folders_jpeg_files_give_its_trajectory_to_the_bit(tmp_path
             ]
 
         live = from_live(streams, folder)
-    assert_same(capture, live, folder)
+    assert_same(capture, live, folder, wanted)
 
 
 CAMERA = """[[camera]]
@@ -178,4 +196,4 @@ def test_a_realsense_recording_and_a_folder_give_the_same_trajectory_to_the_bit(
         assert camera.rig_from_camera == recorded.rig_from_camera
     cameras[0].device.release()
     live = from_live(lambda: open_realsense(str(path)), folder)
-    assert_same(capture, live, folder)
+    assert_same(capture, live, folder, trajectory(capture, folder))

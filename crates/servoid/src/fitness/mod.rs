@@ -10,6 +10,7 @@ mod overlap;
 mod points;
 mod range_samples;
 mod region;
+mod sight_lines;
 mod sums;
 mod surface;
 mod volume;

@@ -1,9 +1,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::overlap::agreement;
+use super::sight_lines::{Ball, Interval, SightLines};
 use super::sums::rows::Sums;
-use super::{Differentiable, Evidence, Fitness};
-use crate::shape::{Body, Quadric, QuadricGradient};
+use super::{Backend, Differentiable, Evidence, Fitness};
+use crate::shape::{Quadric, QuadricGradient};
 use crate::words::were;
 
 /// A measured point of a surface, and the direction in which it was seen.
@@ -83,6 +84,7 @@ impl RangeSample {
 #[derive(Debug, Clone)]
 pub struct RangeSamples {
     samples: Vec<RangeSample>,
+    lines: SightLines,
     before: f64,
     behind: f64,
 }
@@ -91,62 +93,12 @@ pub struct RangeSamples {
 /// its end moves without bound.
 const GRAZING: f64 = 0.05;
 
-/// An interval along a line of sight, relative to the surface.
-#[derive(Debug, Clone, Copy)]
-struct Interval {
-    begin: f64,
-    end: f64,
-    index: usize,
-}
-
-/// An ellipsoid prepared for intersection with lines.
-struct Ball {
-    index: usize,
-    center: Vector3<f64>,
-    inverse: Matrix3<f64>,
-    /// At least the square of its longest radius.
-    square: f64,
-}
-
-/// Share of the squares of lengths by which their rounding errors are smaller.
-const ROUNDING: f64 = 1e-9;
-
-impl Ball {
-    /// Returns whether a line of sight passes the ball that encloses the ellipsoid: most do, and
-    /// that is known sooner than where they meet the ellipsoid.
-    fn is_passed(&self, sample: &RangeSample, length: f64) -> bool {
-        let toward = self.center - sample.point;
-        let (far, along) = (toward.norm_squared(), toward.dot(&sample.direction));
-        let beside = far * length - along * along;
-        beside > (self.square + ROUNDING * (self.square + far)) * length
-    }
-
-    /// Returns a vector in the frame in which the ellipsoid is the unit ball. Written out, as the
-    /// general product of matrices takes several times as long.
-    fn unit(&self, vector: &Vector3<f64>) -> Vector3<f64> {
-        let of = |i| {
-            let to = |j| self.inverse[(i, j)];
-            to(0) * vector.x + to(1) * vector.y + to(2) * vector.z
-        };
-        Vector3::new(of(0), of(1), of(2))
-    }
-
-    /// Returns a gradient by such a vector as one by a vector in metres.
-    fn pull_back(&self, unit: &Vector3<f64>) -> Vector3<f64> {
-        let of = |j| {
-            let to = |i| self.inverse[(i, j)];
-            to(0) * unit.x + to(1) * unit.y + to(2) * unit.z
-        };
-        Vector3::new(of(0), of(1), of(2))
-    }
-}
-
 impl RangeSamples {
     /// Makes the term of lines of sight and of the distances before (at least) and behind the
     /// surface that are scored.
     #[must_use]
     pub fn new(samples: Vec<RangeSample>, before: f64, behind: f64) -> Self {
-        Self { samples, before, behind }
+        Self { lines: SightLines::new(&samples), samples, before, behind }
     }
 
     /// Returns the start of a line's window.
@@ -159,28 +111,10 @@ impl RangeSamples {
         self.behind * self.samples.len() as f64
     }
 
-    /// Returns the intervals of one line, clipped to its window, sorted by their start.
-    fn intervals(&self, sample: &RangeSample, balls: &[Ball], out: &mut Vec<Interval>) {
-        out.clear();
-        let (first, length) = (self.from(sample), sample.direction.norm_squared());
-        for ball in balls {
-            if ball.is_passed(sample, length) {
-                continue;
-            }
-            let from = ball.unit(&(sample.point - ball.center));
-            let along = ball.unit(&sample.direction);
-            let (square, middle) = (along.norm_squared(), -from.dot(&along));
-            let root = middle * middle - square * (from.norm_squared() - 1.0);
-            if root > 0.0 {
-                let (root, per) = (root.sqrt(), 1.0 / square);
-                let (begin, end) = ((middle - root) * per, (middle + root) * per);
-                let (begin, end) = (begin.max(first), end.min(self.behind));
-                if begin < end {
-                    out.push(Interval { begin, end, index: ball.index });
-                }
-            }
-        }
-        out.sort_by(|a, b| a.begin.total_cmp(&b.begin));
+    /// Visits each line's intervals, clipped to its window and sorted by their start.
+    fn visit(&self, balls: &[Ball], visit: impl FnMut(usize, &[Interval])) {
+        let window = |at: usize| [self.from(&self.samples[at]), self.behind];
+        self.lines.visit(Backend::used(), balls, window, visit);
     }
 
     /// Visits the union of sorted intervals, with the intervals that contribute its ends.
@@ -215,19 +149,8 @@ fn add(sums: &mut Sums, begin: f64, end: f64) {
     }
 }
 
-fn balls(hypothesis: &[Quadric]) -> Vec<Ball> {
-    let ball = |(index, quadric): (usize, &Quadric)| {
-        let inverse = quadric.factor.try_inverse()?;
-        let shape = quadric.shape_matrix();
-        // Both are bounds of the largest eigenvalue.
-        let square =
-            (0..3).map(|i| shape.row(i).abs().sum()).fold(0.0, f64::max).min(shape.trace());
-        Some(Ball { index, center: quadric.center, inverse, square })
-    };
-    hypothesis.iter().take(Body::MAX_ELLIPSOIDS).enumerate().filter_map(ball).collect()
-}
-
 /// Returns the derivatives of one end of an interval by the centre and by the factor.
+#[inline(always)]
 fn end_slopes(sample: &RangeSample, ball: &Ball, at: f64) -> QuadricGradient {
     let unit = ball.unit(&(sample.point + sample.direction * at - ball.center));
     let normal = ball.pull_back(&unit);
@@ -245,27 +168,26 @@ fn end_slopes(sample: &RangeSample, ball: &Ball, at: f64) -> QuadricGradient {
 
 impl Fitness for RangeSamples {
     fn score(&self, hypothesis: &[Quadric]) -> f64 {
-        let balls = balls(hypothesis);
-        let (mut sums, mut sorted) = (Sums::default(), Vec::new());
-        for sample in &self.samples {
-            self.intervals(sample, &balls, &mut sorted);
-            Self::union(&sorted, |first, last| add(&mut sums, first.begin, last.end));
-        }
+        let balls = Ball::all(hypothesis);
+        let mut sums = Sums::default();
+        self.visit(&balls, |_, sorted| {
+            Self::union(sorted, |first, last| add(&mut sums, first.begin, last.end));
+        });
         agreement(sums, self.filled()).0
     }
 }
 
 impl Differentiable for RangeSamples {
     fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
-        let balls = balls(hypothesis);
+        let balls = Ball::all(hypothesis);
         let mut by_score = vec![QuadricGradient::default(); gradient.len()];
         let mut by_area = by_score.clone();
         let mut place = vec![0; gradient.len()];
         balls.iter().enumerate().for_each(|(at, ball)| place[ball.index] = at);
-        let (mut sums, mut sorted) = (Sums::default(), Vec::new());
-        for sample in &self.samples {
-            self.intervals(sample, &balls, &mut sorted);
-            Self::union(&sorted, |first, last| {
+        let mut sums = Sums::default();
+        self.visit(&balls, |line, sorted| {
+            let sample = &self.samples[line];
+            Self::union(sorted, |first, last| {
                 add(&mut sums, first.begin, last.end);
                 for (index, at, way) in
                     [(first.index, first.begin, -1.0), (last.index, last.end, 1.0)]
@@ -276,7 +198,7 @@ impl Differentiable for RangeSamples {
                     by_area[index].add_scaled(&slopes, way);
                 }
             });
-        }
+        });
         let (score, of_score, of_area) = agreement(sums, self.filled());
         for ((out, by_score), by_area) in gradient.iter_mut().zip(&by_score).zip(&by_area) {
             *out = QuadricGradient::default();
@@ -289,15 +211,13 @@ impl Differentiable for RangeSamples {
 
 impl Evidence for RangeSamples {
     fn open(&self, current: &[Quadric]) -> Box<dyn Fitness + Send> {
-        let balls = balls(current);
-        let mut sorted = Vec::new();
-        let covered = |sample: &RangeSample| {
-            self.intervals(sample, &balls, &mut sorted);
-            let mut covered = Vec::new();
-            Self::union(&sorted, |first, last| covered.push((first.begin, last.end)));
-            covered
-        };
-        let covered = self.samples.iter().map(covered).collect();
+        let balls = Ball::all(current);
+        let mut covered = Vec::with_capacity(self.samples.len());
+        self.visit(&balls, |_, sorted| {
+            let mut line = Vec::new();
+            Self::union(sorted, |first, last| line.push((first.begin, last.end)));
+            covered.push(line);
+        });
         Box::new(OpenRangeSamples { samples: self.clone(), covered })
     }
 }
@@ -310,13 +230,12 @@ struct OpenRangeSamples {
 
 impl Fitness for OpenRangeSamples {
     fn score(&self, hypothesis: &[Quadric]) -> f64 {
-        let balls = balls(hypothesis);
-        let (mut sums, mut sorted) = (Sums::default(), Vec::new());
-        for (sample, covered) in self.samples.samples.iter().zip(&self.covered) {
-            self.samples.intervals(sample, &balls, &mut sorted);
-            RangeSamples::union(&sorted, |first, last| {
+        let balls = Ball::all(hypothesis);
+        let mut sums = Sums::default();
+        self.samples.visit(&balls, |line, sorted| {
+            RangeSamples::union(sorted, |first, last| {
                 let mut begin = first.begin;
-                for &(from, to) in covered.iter().filter(|(_, to)| *to > first.begin) {
+                for &(from, to) in self.covered[line].iter().filter(|(_, to)| *to > first.begin) {
                     if from > begin {
                         add(&mut sums, begin, from.min(last.end).max(begin));
                     }
@@ -326,53 +245,7 @@ impl Fitness for OpenRangeSamples {
                     add(&mut sums, begin, last.end);
                 }
             });
-        }
+        });
         sums.score / self.samples.filled().max(f64::MIN_POSITIVE)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use rand::RngExt;
-
-    use super::*;
-    use crate::evolve::rng;
-
-    #[test]
-    fn a_line_that_meets_an_ellipsoid_never_counts_as_one_that_passes_it() {
-        let mut rng = rng(0, 0);
-        let mut draw = |size: f64| Vector3::from_fn(|_, _| rng.random_range(-size..size));
-        let (mut met, mut passed) = (0, 0);
-        for _ in 0..20_000 {
-            let factor = Matrix3::from_columns(&[draw(0.5), draw(0.1), draw(0.02)]);
-            let all = balls(&[Quadric { center: draw(1.0), factor }]);
-            let Some(ball) = all.first() else { continue };
-            // Points on the ellipsoid and beside it, seen from anywhere: many lines graze it.
-            let unit = draw(1.0).normalize() * (0.9 + 0.2 * draw(1.0).x);
-            let point = ball.center + factor * unit + draw(0.4);
-            let sample = RangeSample { point, direction: draw(1.0).normalize(), eye: 0.0 };
-            let (from, along) = (ball.unit(&(point - ball.center)), ball.unit(&sample.direction));
-            let nearest = from - along * (from.dot(&along) / along.norm_squared());
-            if nearest.norm() < 1.0 {
-                met += 1;
-                assert!(!ball.is_passed(&sample, sample.direction.norm_squared()));
-            } else {
-                passed += usize::from(ball.is_passed(&sample, sample.direction.norm_squared()));
-            }
-        }
-        assert!(met > 1_000 && passed > 1_000, "{met} met, {passed} passed");
-    }
-
-    #[test]
-    fn what_is_written_out_is_the_product_of_matrices_to_the_bit() {
-        let mut rng = rng(0, 1);
-        for _ in 0..1_000 {
-            let mut draw = || Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0));
-            let factor = Matrix3::from_columns(&[draw(), draw(), draw()]);
-            let [ball] = &balls(&[Quadric { center: draw(), factor }])[..] else { continue };
-            let vector = draw();
-            assert_eq!(ball.unit(&vector), ball.inverse * vector);
-            assert_eq!(ball.pull_back(&vector), ball.inverse.transpose() * vector);
-        }
     }
 }

@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: lint-rust lint-python help demo samples test test-extended test-all lint bench trust fuzz soak docs wheels clean prerequisites
+.PHONY: lint-rust lint-python help demo samples test test-extended test-extended-python test-extended-rust test-all lint bench trust fuzz soak docs wheels clean prerequisites
 
 PYTHON ?= python3
 SECONDS ?= 3600
@@ -53,8 +53,12 @@ test: .venv/.package ## run the laws, and each command once; all that a change n
 	$(CARGO) test --workspace --exclude servoid-py
 	$(PYTEST) -m 'not extended'
 
-test-extended: .venv/.package ## run what `make test` leaves out: studies, pages, faults, more seeds
+test-extended: test-extended-python test-extended-rust ## run what `make test` leaves out: studies, pages, faults, more seeds
+
+test-extended-python: .venv/.package
 	$(PYTEST) -m extended
+
+test-extended-rust:
 	SERVOID_FUZZ_SECONDS=30 $(CARGO) test -p servoid --test fuzz
 
 test-all: test test-extended ## run every test, of Rust and of Python

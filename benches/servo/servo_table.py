@@ -3,7 +3,8 @@
 `turning`: printed objects on paths of their own, at two sizes of images, in ideal worlds and in
 laboratories. `plain`: turning objects without print. `faults`: a leap with and without a turn, a
 board before the object, a camera that hangs, no images. One run takes 15 to 60 s. Each is written
-to a file, one line of JSON per run, and runs in that file are not repeated.
+to a file, one line of JSON per run, and runs in that file are not repeated: give other `--samples`
+a file of their own.
 
 The tables show the median and, in brackets, the worst over all seeds: RMS after settling in mm;
 `after`, the hand's error in the fourth second after a fault has ended; `end`, that in the last
@@ -13,7 +14,7 @@ which it was estimated to be nearer than that. A line below each table counts th
 well. Needs MuJoCo.
 
 Run it with: python benches/servo/servo_table.py RUNS.jsonl [--seeds 11-18] [--only TABLE]
-[--names WORD ...] [--logs FOLDER] [--tables]
+[--names WORD ...] [--logs FOLDER] [--samples RAYS] [--tables]
 """
 
 import argparse
@@ -68,6 +69,9 @@ def main() -> None:
     arguments.add_argument(
         "--logs", type=Path, help="a folder for the log of each run that is made"
     )
+    arguments.add_argument(
+        "--samples", type=int, default=1, help="rays along each side of a pixel (default 1)"
+    )
     arguments.add_argument("--tables", action="store_true", help="only print what was run")
     options = arguments.parse_args()
     first, last = map(int, options.seeds.split("-"))
@@ -83,6 +87,7 @@ def main() -> None:
                 log = options.logs and options.logs / f"{table}, {name}, {seed}.csv".replace(
                     ":", ""
                 )
+                values = values | {"world.cameras.samples": options.samples}
                 row = {"table": table, "name": name, "seed": seed, **run(name, values, seed, log)}
                 with options.runs.open("a") as file:
                     file.write(json.dumps(row) + "\n")

@@ -92,9 +92,13 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &mut Wor
             fine += worth;
         }
         let light = window.light.max(brightness);
-        *turns = agreement.is_some_and(|found| {
-            let at = &feature.point.position;
-            weakest.is_shown_by((&found, *level), at, (window.noise, light))
+        *turns = agreement.is_some_and(|found| match weakest {
+            Some(turn) => {
+                let at = &feature.point.position;
+                turn.is_shown_by((&found, *level), at, (window.noise, light))
+            }
+            // Without an outline all rotations are shown by print alone.
+            None => shows(found),
         });
         if *turns || feature.shows_turns() {
             turning += worth;

@@ -57,7 +57,7 @@ impl Tracker {
     /// image, all the way around.
     pub(in crate::track) fn unseen_turn(&self, hypothesis: &Hypothesis) -> Pose {
         let angle = ON_RAD * self.trust.turn_unseen as f64;
-        WeakestTurn::of(&hypothesis.normal.outline.0, self.target.solid.radius).by(angle)
+        self.weakest_turn(hypothesis).map_or_else(Pose::identity, |turn| turn.by(angle))
     }
 
     /// Returns whether all rotations move the outline.
@@ -71,7 +71,11 @@ impl Tracker {
     }
 
     fn lever(&self, hypothesis: &Hypothesis) -> f64 {
-        WeakestTurn::of(&hypothesis.normal.outline.0, self.target.solid.radius).lever
+        self.weakest_turn(hypothesis).map_or(0.0, |turn| turn.lever)
+    }
+
+    fn weakest_turn(&self, hypothesis: &Hypothesis) -> Option<WeakestTurn> {
+        WeakestTurn::of(&hypothesis.normal.outline.0, self.target.solid.radius)
     }
 
     /// Returns whether the outline alone shows the orientation of an object without print, whose

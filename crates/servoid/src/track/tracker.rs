@@ -19,7 +19,7 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
 use super::target::solid::Solid;
-use super::trust::{CLEAR, Trust, is_turn_reliable, shows_turn};
+use super::trust::{CLEAR, OF_KNOWN_SHAPE, Trust, is_turn_reliable, shows_turn};
 use super::update::detect::Cells;
 use super::update::growth::Evolving;
 use crate::camera::{Camera, Observation};
@@ -295,8 +295,10 @@ impl Tracker {
     /// Returns the covariance of a pose: by the images, by how poses differ without motion, and by
     /// the drift since the first image, unless the outline alone shows the orientation.
     pub(super) fn covariance(&self, by_images: &Uncertainty, by_outline: bool) -> Matrix6<f64> {
-        let drift = if by_outline { Matrix6::zeros() } else { self.drift_covariance() };
-        by_images.covariance + self.jitter.covariance() + drift
+        if by_outline {
+            return by_images.covariance * OF_KNOWN_SHAPE + self.jitter.covariance();
+        }
+        by_images.covariance + self.jitter.covariance() + self.drift_covariance()
     }
 
     /// Makes an estimate from a hypothesis.

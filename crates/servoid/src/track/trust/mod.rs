@@ -5,6 +5,7 @@ mod outline;
 mod print;
 mod state;
 
+pub(super) use self::outline::OF_KNOWN_SHAPE;
 pub(super) use self::print::is_plain;
 pub(super) use self::state::Trust;
 use super::estimate::Status;

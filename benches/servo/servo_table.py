@@ -3,8 +3,7 @@
 `turning`: printed objects on paths of their own, at two sizes of images, in ideal worlds and in
 laboratories. `plain`: turning objects without print. `faults`: a leap with and without a turn, a
 board before the object, a camera that hangs, no images. One run takes 15 to 60 s. Each is written
-to a file, one line of JSON per run, and runs in that file are not repeated: give other `--samples`
-a file of their own.
+to a file, one line of JSON per run, and runs in that file are not repeated.
 
 The tables show the median and, in brackets, the worst over all seeds: RMS after settling in mm;
 `after`, the hand's error in the fourth second after a fault has ended; `end`, that in the last
@@ -77,23 +76,26 @@ def main() -> None:
     first, last = map(int, options.seeds.split("-"))
     lines = options.runs.read_text().splitlines() if options.runs.exists() else []
     rows: list[Row] = [json.loads(line) for line in lines]
-    done = {(row["table"], row["name"], row["seed"]) for row in rows}
+    samples = options.samples
+    done = {(row["table"], row["name"], row["seed"], row.get("samples", 1)) for row in rows}
     if not options.tables:
         for seed in range(first, last + 1):
             for table, name, values in cases():
                 wanted = options.names is None or any(word in name for word in options.names)
-                if (table, name, seed) in done or options.only not in (None, table) or not wanted:
+                wanted = wanted and options.only in (None, table)
+                if not wanted or (table, name, seed, samples) in done:
                     continue
                 log = options.logs and options.logs / f"{table}, {name}, {seed}.csv".replace(
                     ":", ""
                 )
-                values = values | {"world.cameras.samples": options.samples}
-                row = {"table": table, "name": name, "seed": seed, **run(name, values, seed, log)}
+                values = values | {"world.cameras.samples": samples}
+                case = {"table": table, "name": name, "seed": seed, "samples": samples}
+                row = case | run(name, values, seed, log)
                 with options.runs.open("a") as file:
                     file.write(json.dumps(row) + "\n")
                 rows.append(row)
     for table in TABLES:
-        mine = [row for row in rows if row["table"] == table]
+        mine = [row for row in rows if row["table"] == table and row.get("samples", 1) == samples]
         print(f"\n{table}\n{markdown(mine)}\n\n{judged(mine)}")
 
 

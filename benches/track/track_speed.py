@@ -141,7 +141,7 @@ def to_and_fro(instants: list[Instant]) -> Iterator[Instant]:
 
 
 def measure_memory(recording: Recording, table: Table) -> None:
-    """Print the size of the process after a number of images, including evolution."""
+    """Print what the process keeps in memory after a number of images, including evolution."""
     instants = list(recording.instants())
     tracker = started(recording, first_body(recording), instants[0])
     period_s, lost, first_mb = instants[1].time_s - instants[0].time_s, 0, 0.0

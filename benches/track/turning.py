@@ -284,7 +284,7 @@ def print_camera(found: list[Course]) -> None:
 
 
 def measure_memory(name: str) -> None:
-    """Track a turn back and forth while the body evolves, and print the size of this process."""
+    """Track a turn back and forth while the body evolves, and print what this process keeps."""
     table = Table(
         *("object      ", "images", "tracked %", "ellipsoids", "points", "look kB"),
         *("resident MB", "growth MB"),

@@ -33,7 +33,7 @@ from servoid.track import Tracked
 
 HERE = Pose.identity()
 IMAGES, TURNS = 24, 6
-TO_AND_FRO, PART = 900, 150  # images; all is there after 200, and rooms of the allocator are filled
+TO_AND_FRO, PART = 1200, 150  # images; all is there after 200
 MOST_POINTS = 640  # that are kept of a surface, with room for new ones
 
 
@@ -225,8 +225,9 @@ def test_memory_is_bounded_however_long_an_object_turns_to_and_fro() -> None:
     # A process of 950 MB, as other tests leave it, once grew by 21 MB on a busy computer.
     with ProcessPoolExecutor(1, get_context("spawn")) as own:
         sizes, most_points = own.submit(sizes_to_and_fro).result()
-    all_mb, (_, half, *_, whole) = zip(*sizes, strict=True)
+    all_mb, (_, early, *_, late) = zip(*sizes, strict=True)
     assert most_points <= MOST_POINTS
     # What the worker takes just then changes that by 6 MB, up and down; what is kept only grows.
-    assert min(np.diff(all_mb[1:])) < 5.0, all_mb
-    assert whole < 1.05 * half  # 1.0005 was measured
+    growth_mb = np.polyfit(np.arange(len(all_mb) - 1), all_mb[1:], 1)[0]  # in a part
+    assert growth_mb < 5.0, all_mb
+    assert late < 1.05 * early  # 1.0005 was measured

@@ -117,7 +117,14 @@ def test_the_spin_of_a_bottle_is_not_told_where_its_label_turned_away(
 ) -> None:
     found = followed("labelled bottle", how, seed, course("labelled bottle", seed, FULL))
     assert not found.trusted_wrong.any()
-    assert found.tracking[:25].all()  # it turns by 108 degrees until then
+    assert found.tracking[:25].all()  # it turns by 99 degrees until then
+
+
+@pytest.mark.extended
+def test_the_spin_of_a_bottle_is_told_again_once_its_label_is_back(course: Draw) -> None:
+    found = followed("labelled bottle", KNOWN, 1, course("labelled bottle", 1, FULL))
+    assert not found.tracking[35:60].any()  # the label is away
+    assert found.tracking[60:].sum() >= 5  # 19 were measured
 
 
 @pytest.mark.parametrize("seed", tiered((2, 3, 8), 1))

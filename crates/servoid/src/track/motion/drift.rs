@@ -22,7 +22,7 @@ use crate::track::trust::{ADRIFT_RAD, CLEAR};
 /// camera that halves it.
 const SLIPS: (f64, f64, f64) = (2.0, 0.5, 20.0);
 /// Standard deviation, in radians, of the orientation of an object found again with too few known
-/// points.
+/// points, or whose rotation is not seen.
 const FOUND_RAD: f64 = 0.3;
 /// Standard deviation of the orientation, in radians, from which on a loop may be closed, and the
 /// largest part of its variance that may be left after that.

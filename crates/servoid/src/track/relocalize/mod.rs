@@ -17,6 +17,8 @@ use crate::track::tracker::{MARGIN, Tracker};
 const LOCAL_MARGIN: f64 = 0.8;
 /// Range of a search around a pose, in radii and radians.
 const LOCAL_RANGE: (f64, f64) = (0.6, 0.8);
+/// Images from one search around the expected pose to the next, while its rotation is not seen.
+const EXPECTED_EVERY: usize = 4;
 /// Factor by which the support of a rival must exceed the current one.
 const BETTER: f64 = 1.2;
 /// Rounds of a search near a pose, and anywhere, when there is no time limit.
@@ -40,7 +42,10 @@ impl Tracker {
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
         if self.trust.is_started() && self.trust.was_seen_lately() {
-            let near = *expected * self.unseen_turn(hypothesis);
+            // It may have turned unseen, or not.
+            let turned = *expected * self.unseen_turn(hypothesis);
+            let is_turned = !self.trust.turn_unseen.is_multiple_of(EXPECTED_EVERY);
+            let near = if is_turned { turned } else { *expected };
             self.relocalize_locally(observation, (&near, 1), hypothesis)
         } else {
             self.relocalize_globally(observation, 1, hypothesis)

@@ -23,6 +23,7 @@ pub(crate) struct Feature {
     /// Whether its distance is estimated from motion alone.
     pub(crate) is_from_motion: bool,
     /// Whether it was recognised while nothing showed the orientation: it does not show it, either.
+    /// Not saved.
     pub(crate) slides: bool,
     /// Rotation of the object since then, in radians, up to which it was recognised among many
     /// others: it does not slip within that range.

@@ -213,7 +213,7 @@ impl Points {
     }
 
     /// Takes over the variances of the orientation at the keyframes in which points were seen: the
-    /// smallest counts.
+    /// smallest counts, and none of points that slide.
     pub(crate) fn know_drift(&mut self, seen: impl Iterator<Item = (usize, f64)>) {
         let mut drifts = vec![f64::INFINITY; self.features.len()];
         for (id, drift) in seen {

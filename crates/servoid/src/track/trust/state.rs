@@ -48,7 +48,8 @@ pub(in crate::track) struct Trust {
     is_continuous: bool,
     /// Share of the recognised points that show the rotation which the outline shows least, lately.
     turning: f64,
-    /// Images since which nothing shows that rotation, of an object with print on another side.
+    /// Images since which nothing shows that rotation, of an object with print on another side; not
+    /// saved with what is known of it.
     pub(in crate::track) turn_unseen: usize,
     /// Whether the orientation was reported last.
     pub(in crate::track) is_oriented: bool,
@@ -112,6 +113,7 @@ impl Trust {
 
     pub(in crate::track) fn miss(&mut self) {
         self.unseen += 1;
+        self.turn_unseen += usize::from(self.turn_unseen > 0);
         self.is_continuous = false;
     }
 

@@ -5,7 +5,6 @@ mod outline;
 mod print;
 mod state;
 
-pub(super) use self::outline::OF_KNOWN_SHAPE;
 pub(super) use self::print::is_plain;
 pub(super) use self::state::Trust;
 use super::estimate::Status;
@@ -65,6 +64,9 @@ const HELD_RAD: f64 = 0.15;
 /// Standard deviation of the orientation's drift, in radians, above which the orientation is not
 /// reported, whatever is recognised, and a pose is sought that shows sides that are known better.
 pub(super) const ADRIFT_RAD: f64 = 0.09;
+/// Share of a pose's covariance that is reported where the outline alone shows it: the bias with
+/// which outlines measure poses is that of a guessed body's.
+pub(super) const OF_KNOWN_SHAPE: f64 = 0.05;
 
 /// Returns whether the images show the orientation of an object whose position they confirm, by some
 /// surface points. They must have the contrast of a pattern unless the object usually has many such

@@ -31,9 +31,6 @@ const ON_RAD: f64 = 0.29;
 /// which on an outline alone shows the orientation.
 const FITS: f64 = 0.7;
 const WHOLE: f64 = 0.85;
-/// Share of a pose's covariance that is reported where the outline alone shows it: the bias with
-/// which outlines measure poses is that of a guessed body's.
-pub(in crate::track) const OF_KNOWN_SHAPE: f64 = 0.05;
 /// Standard deviation of the orientation by the outline, in radians about its least certain axis and
 /// without its bias, up to which that is so; and the least number of cameras: a single one often fits
 /// the outline as well when it is mirrored in depth.

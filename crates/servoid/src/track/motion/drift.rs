@@ -63,12 +63,13 @@ impl Tracker {
         }
         // Where much is missed, an apparently known side may be another one.
         let is_clear = hypothesis.quality.share >= CLEAR;
-        let is_unseen = self.trust.turn_unseen > 0;
-        let drift = if is_unseen { drift.max(lost) } else { drift };
-        if is_unseen {
+        let drift = if self.trust.turn_unseen > 0 {
             points.note_sliding(&self.workspace.matches);
             self.target.keyframes.followed = false;
-        }
+            drift.max(lost)
+        } else {
+            drift
+        };
         points.drift_variance = if is_clear { drift } else { drift.max(points.drift_variance) };
     }
 
@@ -146,22 +147,10 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::track::trust;
 
     fn quality(recognised: f64, textured: f64) -> Quality {
-        let (visible, share, support) = (1.0, 1.0, recognised);
-        let (printed, fine) = (textured, textured);
-        Quality {
-            visible,
-            share,
-            support,
-            recognised,
-            textured,
-            printed,
-            fine,
-            turning: textured,
-            ratio: 1.0,
-            outline: 1.0,
-        }
+        Quality { textured, ..trust::tests::quality(1.0, recognised) }
     }
 
     proptest! {

@@ -62,8 +62,8 @@ const REGION_POINTS: f64 = 30.0;
 /// Surface points seen in unhidden parts from which on what is hidden elsewhere does not count.
 const ENOUGH: f64 = 20.0;
 
-/// Compares what should be visible at a pose with the images, and notes which points show the rotation
-/// that the outline shows least. What should be visible is the surface points in view, and the
+/// Compares what should be visible at a pose with the images, and notes which points show the
+/// rotation that the outline shows least. What should be visible is the surface points in view, and the
 /// colours inside the outline and the boundary around it, the latter two relative to the reference.
 /// Hidden parts are excused as far as enough is recognised elsewhere: a wrong pose must not excuse
 /// itself.

@@ -13,8 +13,8 @@ const OPEN: f64 = 1e-6;
 const IN_GRADIENT: f64 = 0.5;
 /// Squared gradient that is added across a motion, per squared pixel, so that it has an inverse.
 const LEAST_ACROSS: f64 = 1e-9;
-/// Change of a point's image per radian of rotation, compared with the brightness of the object or of
-/// its surroundings, above which it is none of shading.
+/// Change of a point's image per radian of rotation, compared with the brightness of the object or
+/// of its surroundings, above which it is none of shading.
 const SHADING: f64 = 1.0;
 
 /// The rotation about the object's centre that moves an outline least, after the translation that

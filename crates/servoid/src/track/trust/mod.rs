@@ -214,7 +214,7 @@ pub(crate) mod tests {
         tracker
     }
 
-    pub(super) fn quality(share: f64, recognised: f64) -> Quality {
+    pub(crate) fn quality(share: f64, recognised: f64) -> Quality {
         let (visible, ratio, outline) = (share, 1.0, 1.0);
         let (support, textured, printed) = (recognised, recognised, recognised);
         let (fine, turning) = (recognised, recognised);

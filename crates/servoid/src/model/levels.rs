@@ -91,20 +91,20 @@ fn fill_shares(
     let [full_width, full_height] = mask.image().size_px();
     let columns = corner[0]..(corner[0] + width * shrink).min(full_width);
     let mut out = Vec::with_capacity(width * height);
-    let mut filled = vec![0; width];
+    let mut filled = vec![0; columns.len()];
     for row in 0..height {
         let top = corner[1] + row * shrink;
         let rows = top..(top + shrink).min(full_height);
-        filled.fill(0);
+        filled.fill(0_u32);
         for v in rows.clone() {
-            let blocks = mask.image().row(v)[columns.clone()].chunks(shrink);
-            for (filled, block) in filled.iter_mut().zip(blocks) {
-                *filled += block.iter().map(|&m| u32::from(m != 0)).sum::<u32>();
+            for (filled, &m) in filled.iter_mut().zip(&mask.image().row(v)[columns.clone()]) {
+                *filled += u32::from(m != 0);
             }
         }
-        let across = |column: usize| shrink.min(columns.len() - column * shrink);
-        let share = |(column, &filled)| f64::from(filled) / (rows.len() * across(column)) as f64;
-        out.extend(filled.iter().enumerate().map(share));
+        let share = |block: &[u32]| {
+            f64::from(block.iter().sum::<u32>()) / (rows.len() * block.len()) as f64
+        };
+        out.extend(filled.chunks(shrink).map(share));
     }
     out
 }

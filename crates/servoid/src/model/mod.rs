@@ -16,6 +16,7 @@ mod synthetic_views;
 pub use color::ellipsoid_colors;
 pub use coverage::{Coverage, coverage};
 pub use evolved::evolved;
+pub(crate) use evolved::{Attempt, evolved_after};
 pub use initial::{UnmaskedImage, initial_body};
 pub use input::{ModelInput, Weights};
 pub(crate) use levels::shrunk_overlap;

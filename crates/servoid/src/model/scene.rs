@@ -37,18 +37,28 @@ const MOST_COARSE_VOXELS: usize = 48;
 impl Scene {
     pub fn new(given: &ModelInput<'_>) -> Result<Self, ModelError> {
         let (world_from_scene, unit) = frame_and_unit(given)?;
-        Self::in_frame(given, world_from_scene, unit)
+        let middle = Self::middle_in(given, &world_from_scene, unit)?;
+        Self::around(middle, given, world_from_scene, unit)
     }
 
-    /// Prepares the evidence in a given frame and unit.
-    pub fn in_frame(
+    /// Prepares only what compares finalists, in a given frame and unit.
+    pub fn middle_in(
+        given: &ModelInput<'_>,
+        world_from_scene: &Pose,
+        unit: f64,
+    ) -> Result<Objective, ModelError> {
+        Prepared::new(given, world_from_scene, unit).objective(MIDDLE)
+    }
+
+    /// Prepares the rest of a scene.
+    pub fn around(
+        middle: Objective,
         given: &ModelInput<'_>,
         world_from_scene: Pose,
         unit: f64,
     ) -> Result<Self, ModelError> {
-        let prepared = Prepared::new(given, &world_from_scene, unit);
-        let [coarse, middle] = [COARSE, MIDDLE].map(|level| prepared.objective(level));
-        Ok(Self { world_from_scene, unit, coarse: coarse?, middle: middle? })
+        let coarse = Prepared::new(given, &world_from_scene, unit).objective(COARSE)?;
+        Ok(Self { world_from_scene, unit, coarse, middle })
     }
 
     /// Prepares all of some evidence, in the frame and unit of the scene, for a final fit.
@@ -58,16 +68,20 @@ impl Scene {
 
     /// Transforms ellipsoids to the world.
     pub fn ellipsoids(&self, quadrics: &[Quadric]) -> Vec<Ellipsoid> {
-        let solid = |q: &Quadric| {
-            Ellipsoid::from_quadric(q, LEAST_RADIUS).transformed(&self.world_from_scene, self.unit)
-        };
-        quadrics.iter().map(solid).collect()
+        solids(quadrics, &self.world_from_scene, self.unit)
     }
 
     /// Transforms ellipsoids to the world and makes them a body.
     pub fn body(&self, quadrics: &[Quadric]) -> Result<Body, ModelError> {
         Ok(Body::around(&self.ellipsoids(quadrics))?)
     }
+}
+
+/// Transforms ellipsoids from a frame with a unit of its own to the world.
+pub(super) fn solids(quadrics: &[Quadric], world_from_scene: &Pose, unit: f64) -> Vec<Ellipsoid> {
+    let solid =
+        |q: &Quadric| Ellipsoid::from_quadric(q, LEAST_RADIUS).transformed(world_from_scene, unit);
+    quadrics.iter().map(solid).collect()
 }
 
 /// Selects the frame and the unit.

@@ -22,14 +22,37 @@ const FINALISTS: usize = 2;
 /// Gain below which a change is not worth another round.
 const WORTHWHILE: f64 = 1e-5;
 
-/// Searches for one more ellipsoid on several islands and by splitting existing ones, fits all of
-/// them together, and keeps the best.
+/// Searches for one more ellipsoid on several islands, by splitting existing ones and, up to a few,
+/// for all of them from scratch; fits all of them together, and keeps the best.
 pub(in crate::model) fn add_one(
     scene: &Scene,
     current: &Fit,
     settings: &Settings,
     line: usize,
 ) -> Result<Fit, ModelError> {
+    let mut found = larger(scene, current, settings, line)?;
+    if (1..MOST_AFRESH).contains(&current.quadrics.len()) {
+        found.push(afresh(scene, current.quadrics.len() + 1, settings, line)?);
+    }
+    Ok(best_of(scene, current, found))
+}
+
+/// Does the same to a body that is known already, and is kept: none is searched from scratch.
+pub(in crate::model) fn add_to_known(
+    scene: &Scene,
+    current: &Fit,
+    settings: &Settings,
+) -> Result<Fit, ModelError> {
+    Ok(best_of(scene, current, larger(scene, current, settings, 0)?))
+}
+
+/// Adds an ellipsoid to the current ones in several ways, and fits all of each together.
+fn larger(
+    scene: &Scene,
+    current: &Fit,
+    settings: &Settings,
+    line: usize,
+) -> Result<Vec<Fit>, ModelError> {
     let open = scene.coarse.total.open(&current.quadrics);
     let search_one = |island: usize| {
         let branch = branch(line, current.quadrics.len(), 0, island);
@@ -40,13 +63,14 @@ pub(in crate::model) fn add_one(
     let found: Vec<_> = (0..islands).into_par_iter().map(search_one).collect();
     let mut found: Vec<Fit> = found.into_iter().collect::<Result<_, _>>()?;
     found.extend(splits(scene, current, settings.splits));
-    if (1..MOST_AFRESH).contains(&current.quadrics.len()) {
-        found.push(afresh(scene, current.quadrics.len() + 1, settings, line)?);
-    }
-    let best = settle_best(scene, found);
-    Ok(best
+    Ok(found)
+}
+
+/// Returns the best of some fits, or the current one if none is better.
+fn best_of(scene: &Scene, current: &Fit, found: Vec<Fit>) -> Fit {
+    settle_best(scene, found)
         .filter(|fit| fit.fitness >= current.fitness)
-        .unwrap_or_else(|| current.echo(&scene.coarse)))
+        .unwrap_or_else(|| current.echo(&scene.coarse))
 }
 
 /// Islands for the first ellipsoid, per island of a later ellipsoid.

@@ -26,6 +26,7 @@ use self::relief::Relief;
 use self::sides::Sides;
 use self::solid::Solid;
 use crate::camera::Channels;
+use crate::model::Attempt;
 use crate::shape::Body;
 use crate::track::settings::TrackSettings;
 
@@ -45,6 +46,8 @@ pub(super) struct Target {
     pub(super) reference: Reference,
     pub(super) bias: Bias,
     pub(super) offsets: ContourOffsets,
+    /// The last attempt to add an ellipsoid, if it was in vain; not saved with what is known.
+    pub(super) vain_growth: Option<Attempt>,
 }
 
 impl Target {
@@ -63,6 +66,7 @@ impl Target {
             keyframes: Keyframes::default(),
             sides: Sides::default(),
             reference: Reference::default(),
+            vain_growth: None,
         }
     }
 

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use crate::camera::Observation;
 use crate::fitness::RangeSample;
-use crate::model::{self, ModelError, ModelInput, SyntheticView};
+use crate::model::{self, Attempt, ModelError, ModelInput, SyntheticView, evolved_after};
 use crate::parallel::pool;
 use crate::pose::Pose;
 use crate::shape::{Body, Ellipsoid};
@@ -37,6 +37,7 @@ struct Growth {
     sides: Sides,
     colors: Colors,
     samples: Vec<RangeSample>,
+    vain: Option<Attempt>,
     settings: model::Settings,
 }
 
@@ -44,6 +45,7 @@ struct Growth {
 #[derive(Debug, Clone)]
 pub(crate) struct Evolved {
     ellipsoids: Option<Vec<Ellipsoid>>,
+    vain: Option<Attempt>,
     marks: Marks,
 }
 
@@ -120,6 +122,7 @@ impl Target {
             sides: self.sides.clone(),
             colors: self.colors.clone(),
             samples: sure.chain(measured).map(samples).collect(),
+            vain: self.vain_growth,
             settings: settings.growth,
         })
     }
@@ -127,6 +130,7 @@ impl Target {
     /// Takes over an evolved body; returns whether the body changed.
     fn grow(&mut self, evolved: Evolved) -> bool {
         self.sides.take_over(evolved.marks);
+        self.vain_growth = evolved.vain;
         let world_from_object = self.body.world_from_object();
         let body = evolved.ellipsoids.and_then(|all| Body::new(world_from_object, all).ok());
         let Some(body) = body else { return false };
@@ -151,10 +155,11 @@ impl Growth {
             views.push(synthetic.view()?);
         }
         if views.len() < 2 {
-            return Ok(Evolved { ellipsoids: None, marks });
+            return Ok(Evolved { ellipsoids: None, vain: self.vain, marks });
         }
         let given = ModelInput { views: &views, samples: &self.samples, ..ModelInput::default() };
-        let ellipsoids = model::evolved(&given, self.body.ellipsoids(), &self.settings)?;
-        Ok(Evolved { ellipsoids: Some(ellipsoids), marks })
+        let current = self.body.ellipsoids();
+        let (ellipsoids, vain) = evolved_after(self.vain, &given, current, &self.settings)?;
+        Ok(Evolved { ellipsoids: Some(ellipsoids), vain, marks })
     }
 }

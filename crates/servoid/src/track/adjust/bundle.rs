@@ -6,6 +6,7 @@ use nalgebra::{DVector, Matrix2, Matrix3, Matrix6, Vector2, Vector3};
 use super::schur::Reduced;
 use crate::pose::{Pose, Twist};
 use crate::shape::Projection;
+use crate::track::target::points::Feature;
 
 /// A bundle adjustment problem.
 #[derive(Debug, Clone, Default)]
@@ -14,6 +15,8 @@ pub(crate) struct Bundle {
     pub(crate) landmarks: Vec<Landmark>,
     /// Ordered by their landmarks.
     pub(crate) sightings: Vec<Sighting>,
+    /// Whether nothing confirms the guessed distances.
+    pub(crate) is_guess: bool,
 }
 
 /// The pose of the object at a keyframe, and its prior.
@@ -42,6 +45,15 @@ pub(crate) struct Landmark {
     pub(crate) anchor: Option<Anchor>,
     /// Whether its distance comes from motion alone, so that its variance is computed.
     pub(crate) is_from_motion: bool,
+    /// Whether its distance is a guess.
+    pub(crate) is_guess: bool,
+}
+
+impl Landmark {
+    pub(crate) fn of(known: &Feature, anchor: Option<Anchor>) -> Self {
+        let (is_from_motion, is_guess) = (known.is_from_motion, known.is_from_body);
+        Self { position: known.point.position, anchor, is_from_motion, is_guess }
+    }
 }
 
 /// The position at which a landmark was learned, at a keyframe, in the world's frame.
@@ -77,11 +89,33 @@ pub(crate) struct Solution {
     pub(crate) turn_variances: Vec<f64>,
     /// The same for the distance of each landmark that comes from motion alone, in square metres.
     pub(crate) distance_variances: Vec<Option<f64>>,
+    /// What motion alone says of each keyframe's orientation, where distances are guesses.
+    pub(crate) by_motion: Vec<Option<ByMotion>>,
+}
+
+/// What motion alone says of a keyframe's orientation.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ByMotion {
+    /// By how much it differs, in radians.
+    pub(crate) off: f64,
+    /// Its own variance, in square radians, due to noise of the observations.
+    pub(crate) variance: f64,
+}
+
+impl ByMotion {
+    /// Returns by how much the orientation may be off, as a variance; errors that are correlated
+    /// are a `factor` larger than the noise alone.
+    pub(crate) fn doubt(&self, factor: f64) -> f64 {
+        self.off * self.off + factor * factor * self.variance
+    }
 }
 
 /// Most steps; the same where distances come from motion alone; and the relative decrease of the
 /// cost below which the steps end.
 const STEPS: (usize, usize) = (5, 12);
+/// Factors of the standard deviations of guessed distances and of the tracked motions between
+/// keyframes, by which nothing but the sightings decides.
+const UNSURE: (f64, f64) = (10.0, 5.0);
 const CONVERGED: f64 = 3e-3;
 /// Standard deviations from which on the cost of an observation is linear instead of quadratic.
 const HUBER: f64 = 2.0;
@@ -91,13 +125,39 @@ const LEAST_LANDMARKS: i32 = 20;
 const DAMPING: (f64, f64, f64) = (1e-4, 0.2, 10.0);
 
 impl Bundle {
-    /// Adjusts keyframes and landmarks by the Levenberg-Marquardt method; returns none if the
-    /// keyframes are not connected.
+    /// Adjusts keyframes and landmarks; returns none if the keyframes are not connected.
     pub(crate) fn adjusted(&self) -> Option<Solution> {
+        let mut found = self.fitted(self.landmarks.iter().any(|one| one.is_from_motion))?;
+        let guesses = self.landmarks.iter().filter(|one| one.is_guess).count();
+        let decide = self.is_guess && 2 * guesses > self.landmarks.len();
+        if let Some(by_motion) = decide.then(|| found.bundle.by_motion()).flatten() {
+            found.by_motion = by_motion.into_iter().map(Some).collect();
+        }
+        Some(found)
+    }
+
+    /// Returns what motion alone says of each keyframe's orientation: what is found from here where
+    /// guesses hardly count.
+    fn by_motion(&self) -> Option<Vec<ByMotion>> {
+        let mut free = self.clone();
+        let guessed = free.landmarks.iter_mut().filter(|one| one.is_guess);
+        guessed.filter_map(|one| one.anchor.as_mut()).for_each(|one| one.along *= UNSURE.0);
+        let tracked = free.keyframes.iter_mut().filter_map(|one| one.prior.as_mut());
+        tracked.for_each(|prior| prior.information /= UNSURE.1 * UNSURE.1);
+        let found = free.fitted(true)?;
+        let stations = self.keyframes.iter().zip(&found.bundle.keyframes);
+        let by_motion = |((one, other), &variance): ((&Station, &Station), &f64)| {
+            let off = (one.world_from_object.inverse() * other.world_from_object).log();
+            ByMotion { off: off.fixed_rows::<3>(3).norm(), variance }
+        };
+        Some(stations.zip(&found.turn_variances).map(by_motion).collect())
+    }
+
+    /// Adjusts by the Levenberg-Marquardt method, in more steps where distances are `open`.
+    fn fitted(&self, open: bool) -> Option<Solution> {
         let (mut bundle, mut moved) = (self.clone(), self.clone());
         let (mut damping, mut cost) = (DAMPING.0, self.cost());
-        let from_motion = self.landmarks.iter().any(|one| one.is_from_motion);
-        for _ in 0..if from_motion { STEPS.1 } else { STEPS.0 } {
+        for _ in 0..if open { STEPS.1 } else { STEPS.0 } {
             let reduced = Reduced::new(&bundle);
             let lower = loop {
                 let (motions, shifts) = reduced.step(damping)?;
@@ -121,7 +181,8 @@ impl Bundle {
             }
         }
         let (turn_variances, distance_variances) = Reduced::new(&bundle).variances(&bundle)?;
-        Some(Solution { bundle, turn_variances, distance_variances })
+        let by_motion = vec![None; bundle.keyframes.len()];
+        Some(Solution { bundle, turn_variances, distance_variances, by_motion })
     }
 
     /// Returns the rms distance of landmarks from where they were learned, in standard deviations;
@@ -242,7 +303,8 @@ pub(super) fn scene(seed: u64, off: f64) -> Bundle {
         let anchor = (landmark % 5 != 0).then_some(anchor);
         let shift = if anchor.is_some() { 0.05 * off } else { 0.0 };
         let position = position + Vector3::new(any(), any(), any()) * shift;
-        bundle.landmarks.push(Landmark { position, anchor, is_from_motion: landmark % 5 == 1 });
+        let (is_from_motion, is_guess) = (landmark % 5 == 1, true);
+        bundle.landmarks.push(Landmark { position, anchor, is_from_motion, is_guess });
     }
     for (at, pose) in truth.iter().enumerate() {
         let noise = Twist::from_fn(|i, _| any() * off * if i < 3 { 0.05 } else { 1.0 });
@@ -260,6 +322,49 @@ pub(super) fn scene(seed: u64, off: f64) -> Bundle {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Returns a scene before one camera, whose guessed distances are all too small or too large by
+    /// a factor; the other half of the object is known.
+    fn guessed(seed: u64, relief: f64) -> Bundle {
+        let mut bundle = scene(seed, 0.0);
+        let first = bundle.sightings[0].world;
+        bundle.sightings.retain(|one| one.world.offset == first.offset);
+        bundle.is_guess = true;
+        for station in bundle.keyframes.iter_mut().filter(|one| one.prior.is_some()) {
+            station.prior.as_mut().unwrap().information *= 0.1;
+        }
+        for landmark in &mut bundle.landmarks {
+            landmark.is_from_motion = false;
+            let toward = Vector3::new(0.0, 0.0, -1.0);
+            let depth = landmark.position.dot(&toward) - 0.05;
+            let position_in_world = landmark.position + toward * (depth * (relief - 1.0));
+            landmark.anchor = Some(Anchor {
+                keyframe: 0,
+                position_in_world,
+                toward_in_world: toward,
+                along: 5e-3,
+                across: 1e-4,
+            });
+        }
+        bundle
+    }
+
+    #[test]
+    fn motion_alone_tells_how_far_a_turn_is_off_that_guessed_distances_decide() {
+        for seed in 0..8 {
+            for relief in [0.2, 0.5, 1.0, 1.5, 2.0] {
+                let truth = guessed(seed, 1.0);
+                let found = guessed(seed, relief).adjusted().unwrap();
+                let poses = found.bundle.keyframes.iter().zip(&truth.keyframes).skip(1);
+                for ((one, other), told) in poses.zip(found.by_motion.iter().flatten().skip(1)) {
+                    let off = (one.world_from_object.inverse() * other.world_from_object).log();
+                    let off = off.fixed_rows::<3>(3).norm();
+                    assert_eq!(off > 1e-4, relief != 1.0, "{off}");
+                    assert!((told.off - off).abs() < 0.05 * off + 1e-6, "{} {off}", told.off);
+                }
+            }
+        }
+    }
 
     #[test]
     fn sightings_without_noise_determine_all_keyframe_poses() {

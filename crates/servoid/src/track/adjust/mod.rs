@@ -159,7 +159,8 @@ impl Target {
         let all = &self.keyframes.all;
         let radius = self.solid.radius;
         let stations = all.iter().enumerate().map(|(at, one)| station(all, at, one, radius));
-        let mut bundle = Bundle { keyframes: stations.collect(), ..Bundle::default() };
+        let (keyframes, is_guess) = (stations.collect(), self.relief.is_guess());
+        let mut bundle = Bundle { keyframes, is_guess, ..Bundle::default() };
         let mut seen: Vec<_> = all
             .iter()
             .enumerate()
@@ -173,9 +174,7 @@ impl Target {
                 continue;
             }
             let landmark = bundle.landmarks.len();
-            let anchor = self.anchor(known);
-            let (position, is_from_motion) = (known.point.position, known.is_from_motion);
-            bundle.landmarks.push(Landmark { position, anchor, is_from_motion });
+            bundle.landmarks.push(Landmark::of(known, self.anchor(known)));
             ids.push(known.id);
             bundle.sightings.extend(group.iter().filter_map(|(keyframe, seen)| {
                 let world = all[*keyframe].cameras[seen.camera]?;
@@ -257,12 +256,14 @@ impl Target {
     fn keyframe_moves(&mut self, solution: &Solution, numbers: &[usize]) -> Vec<(usize, Pose)> {
         let mut moves = Vec::with_capacity(numbers.len());
         let found = solution.bundle.keyframes.iter().zip(&solution.turn_variances);
-        for (number, (station, variance)) in numbers.iter().zip(found) {
+        let found = found.zip(&solution.by_motion);
+        for (number, ((station, variance), by_motion)) in numbers.iter().zip(found) {
             let Ok(at) = self.keyframes.all.binary_search_by_key(number, |one| one.number) else {
                 continue;
             };
             let keyframe = &mut self.keyframes.all[at];
             keyframe.drift_variance = TOGETHER * TOGETHER * variance;
+            keyframe.relief_variance = by_motion.map(|one| one.doubt(TOGETHER));
             moves.push((*number, keyframe.world_from_object.inverse() * station.world_from_object));
         }
         moves
@@ -351,7 +352,8 @@ mod tests {
             station.world_from_object = station.world_from_object * Pose::exp(motion);
         }
         let distance_variances = vec![None; bundle.landmarks.len()];
-        Solution { bundle, turn_variances: vec![1e-4; 3], distance_variances }
+        let (turn_variances, by_motion) = (vec![1e-4; 3], vec![None; 3]);
+        Solution { bundle, turn_variances, distance_variances, by_motion }
     }
 
     #[test]

@@ -76,9 +76,9 @@ impl Tracker {
     /// Updates the variance of the orientation that is due to a relief which nothing confirms, where
     /// the distances of most points that agree with the images came from the body alone.
     pub(crate) fn doubt_turn(&mut self, observation: &Observation<'_>, pose: &Pose) {
-        let Target { points, relief, .. } = &mut self.target;
+        let Target { points, relief, keyframes, .. } = &mut self.target;
         let is_guess = points.are_from_body(&self.workspace.matches);
-        let variance = relief.turn_variance(object_from_camera(observation, pose));
+        let variance = relief.turn_variance(object_from_camera(observation, pose), keyframes);
         points.relief_variance = if is_guess { variance } else { 0.0 };
     }
 

@@ -22,6 +22,8 @@ pub(crate) struct Keyframe {
     pub(crate) guesses: bool,
     /// Variance of the object's orientation since the first image, in square radians.
     pub(crate) drift_variance: f64,
+    /// The same by what motion alone tells, where distances are guesses that nothing confirms.
+    pub(crate) relief_variance: Option<f64>,
     /// Projection of the world into each camera.
     pub(crate) cameras: Vec<Option<Projection>>,
     pub(crate) sightings: Vec<Sighting>,
@@ -116,6 +118,20 @@ impl Keyframes {
         newest.or_else(|| self.all.iter().min_by(|a, b| away(a).total_cmp(&away(b))))
     }
 
+    /// Returns the least variance of the orientation that guessed distances leave, by the keyframes
+    /// of which motion tells it; it grows by `off` per radian away from each.
+    pub(crate) fn relief_variance(
+        &self,
+        object_from_camera: &UnitQuaternion<f64>,
+        off: f64,
+    ) -> Option<f64> {
+        let told = self.all.iter().filter_map(|one| {
+            let away = one.object_from_camera.angle_to(object_from_camera);
+            Some(one.relief_variance? + (off * away).powi(2))
+        });
+        told.min_by(f64::total_cmp)
+    }
+
     /// Returns whether a view differs enough from the last keyframe and, unless `all_over` is set,
     /// from all others.
     pub(crate) fn is_new(
@@ -161,6 +177,7 @@ impl Keyframes {
             is_given,
             guesses,
             drift_variance: drift,
+            relief_variance: None,
             cameras,
             sightings,
             object_from_camera,
@@ -299,8 +316,17 @@ impl Sighting {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+
+    /// Returns a keyframe of which motion tells the variance that guesses leave.
+    pub(crate) fn told(variance: f64, object_from_camera: UnitQuaternion<f64>) -> Keyframes {
+        let mut keyframes = Keyframes::default();
+        keep(&mut keyframes, 0.0);
+        keyframes.all[0].relief_variance = Some(variance);
+        keyframes.all[0].object_from_camera = object_from_camera;
+        keyframes
+    }
 
     fn keep(keyframes: &mut Keyframes, turned: f64) -> Option<Keyframe> {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
@@ -328,6 +354,22 @@ mod tests {
         let before = keyframes.pose(from).unwrap();
         let off = (before * motion).inverse() * heir.world_from_object;
         assert!(off.log().norm() < 1e-9);
+    }
+
+    #[test]
+    fn what_guesses_leave_open_grows_away_from_the_keyframes_of_which_motion_tells_it() {
+        let mut keyframes = Keyframes::default();
+        for count in 0..4 {
+            keep(&mut keyframes, 0.2 * f64::from(count));
+        }
+        let camera = |turned: f64| UnitQuaternion::from_euler_angles(0.0, -turned, 0.0);
+        assert!(keyframes.relief_variance(&camera(0.0), 0.1).is_none());
+        keyframes.all[1].relief_variance = Some(1e-4);
+        keyframes.all[3].relief_variance = Some(4e-4);
+        for (turned, least) in [(0.2, 1e-4), (0.3, 2e-4), (0.1, 2e-4), (0.6, 4e-4), (0.9, 13e-4)] {
+            let found = keyframes.relief_variance(&camera(turned), 0.1).unwrap();
+            assert!((found - least).abs() < 1e-12, "{turned} {found}");
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 use nalgebra::UnitQuaternion;
 
+use super::keyframes::Keyframes;
 use super::points::{Match, Points};
 
 /// Standard deviation of the guess, as a share of the body's radius: where the body is trusted, and
@@ -59,11 +60,25 @@ impl Relief {
 
     /// Returns the variance of the orientation that a relief leaves which nothing confirms: one
     /// that is too flat or too deep turns too far or too little. It grows with the rotation of the
-    /// first camera, in the object's frame, since the pose was given, at the latest now.
-    pub(crate) fn turn_variance(&mut self, object_from_camera: UnitQuaternion<f64>) -> f64 {
+    /// first camera, in the object's frame, since the pose was given, at the latest now, or from the
+    /// keyframes of which motion tells how far the guess is off.
+    pub(crate) fn turn_variance(
+        &mut self,
+        object_from_camera: UnitQuaternion<f64>,
+        keyframes: &Keyframes,
+    ) -> f64 {
         let given = *self.given.get_or_insert(object_from_camera);
-        let turned = given.angle_to(&object_from_camera);
-        if self.is_open || self.is_confirmed() { 0.0 } else { (TURNS_OFF * turned).powi(2) }
+        if !self.is_guess() {
+            return 0.0;
+        }
+        let guessed = (TURNS_OFF * given.angle_to(&object_from_camera)).powi(2);
+        let told = keyframes.relief_variance(&object_from_camera, TURNS_OFF);
+        told.map_or(guessed, |told| told.min(guessed))
+    }
+
+    /// Returns whether the body is trusted though nothing confirms it.
+    pub(crate) fn is_guess(&self) -> bool {
+        !self.is_open && !self.is_confirmed()
     }
 
     /// Notes the variance of the orientation by the noise of an image.
@@ -136,6 +151,7 @@ impl Points {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::track::target::keyframes::tests::told;
 
     #[test]
     fn a_body_that_keyframes_confirm_is_not_denied_however_little_is_seen() {
@@ -154,18 +170,22 @@ mod tests {
     #[test]
     fn the_farther_an_object_turned_the_less_its_turn_is_known_unless_keyframes_confirm_the_body() {
         let turned = |angle: f64| UnitQuaternion::from_euler_angles(angle, 0.0, 0.0);
-        let mut guess = Relief::new(false);
-        assert!(guess.turn_variance(turned(1.0)) == 0.0, "no pose was given");
+        let (mut guess, none) = (Relief::new(false), &Keyframes::default());
+        assert!(guess.turn_variance(turned(1.0), none) == 0.0, "no pose was given");
         guess.begin(turned(0.1));
         let mut before = 0.0;
         for step in 1..20 {
-            let variance = guess.turn_variance(turned(0.1 + 0.1 * f64::from(step)));
+            let variance = guess.turn_variance(turned(0.1 + 0.1 * f64::from(step)), none);
             assert!(variance > before, "{step}");
             before = variance;
         }
-        assert!(guess.turn_variance(turned(0.1)) < 1e-12, "the given side is seen again");
+        assert!(guess.turn_variance(turned(0.1), none) < 1e-12, "the given side is seen again");
+        let told = &told(1e-4, turned(0.5));
+        assert!(guess.turn_variance(turned(0.5), told) <= 1e-4, "motion tells it");
+        assert!(guess.turn_variance(turned(1.0), told) < guess.turn_variance(turned(1.0), none));
+        assert!(guess.turn_variance(turned(0.1), told) < 1e-12, "the given side is better known");
         guess.measure(Some(0.9 * CONFIRMED));
-        assert!(guess.turn_variance(turned(1.0)) == 0.0);
+        assert!(guess.turn_variance(turned(1.0), none) == 0.0);
     }
 
     #[test]

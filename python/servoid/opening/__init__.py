@@ -6,6 +6,7 @@ from servoid.capture import doubt_calibration
 from servoid.opening.filmed import Filmed, open_filmed
 from servoid.opening.given_calibration import GivenCalibration, Rig, any_cameras
 from servoid.opening.live import OpenedLive, open_live
+from servoid.opening.openable import check_openable
 from servoid.opening.own_files import belongs_to_source
 from servoid.opening.recorded import Opened, count_uncalibrated_cameras, open_recorded
 from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
@@ -22,6 +23,7 @@ __all__ = [
     "SourceWord",
     "any_cameras",
     "belongs_to_source",
+    "check_openable",
     "count_uncalibrated_cameras",
     "doubt_calibration",
     "open_filmed",

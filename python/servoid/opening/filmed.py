@@ -8,8 +8,8 @@ import numpy as np
 from servoid._native import Lens
 from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
-from servoid.exchange.opening import is_capture
 from servoid.opening.given_calibration import GivenCalibration, any_cameras
+from servoid.opening.openable import check_openable
 from servoid.opening.recorded import count_uncalibrated_cameras, open_recorded
 from servoid.opening.word import Kind, SourceWord
 from servoid.scan import Footage, Partner, Recorded, holds_photographs, open_footage
@@ -40,8 +40,8 @@ def open_filmed(
     baseline of two parallel cameras.
 
     Raises:
-        CaptureError: the source is live or damaged.
-        ScanError: it contains no photograph.
+        CaptureError: the source is live or damaged, or nothing that servoid opens.
+        ScanError: two photographs have the same name.
         CameraError, ImageError, PoseError: as for the reader that opens it.
 
     """
@@ -49,9 +49,10 @@ def open_filmed(
     if word.kind in (Kind.VIDEO, Kind.IMAGES) and not word.halves:
         lens = open_recorded(word, known).capture.cameras[0].lens if known.supplies_lens else None
         return Filmed(open_footage(word.place if word.kind is Kind.VIDEO else word.text), lens=lens)
-    if word.kind is Kind.CAPTURE and (holds_photographs(word.place) or not is_capture(word.place)):
+    if word.kind is Kind.CAPTURE and holds_photographs(word.place):
         known.refuse(word.text)
         return Filmed(open_footage(word.place))
+    check_openable(word)
     if not word.is_live and count_uncalibrated_cameras(word, topics):
         return _of_uncalibrated(word, known, topics)
     opened = open_recorded(word, known, topics=topics, rests=True)  # refuses live sources

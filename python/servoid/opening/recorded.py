@@ -23,6 +23,7 @@ from servoid.errors import CaptureError, ImageError
 from servoid.exchange.bags import SuppliedCamera, open_bag, why_uncalibrated
 from servoid.exchange.opening import holds_capture_file, open_any
 from servoid.opening.given_calibration import GivenCalibration, Rig, remedies
+from servoid.opening.openable import check_openable
 from servoid.opening.word import Kind, SourceWord
 from servoid.source import ASSUMED_HZ, MountedCamera
 from servoid.words import counted, digits
@@ -75,7 +76,8 @@ def open_recorded(
     those of `open_any`, and of `open_bag`.
 
     Raises:
-        CaptureError: the source is live or damaged, or has no calibration.
+        CaptureError: the source is live or damaged, has no calibration, or is nothing that servoid
+            opens.
         CameraError, ImageError, PoseError: as for the reader that opens it.
 
     """
@@ -85,6 +87,8 @@ def open_recorded(
             f"{word} is live, but a recorded source is needed; record one with "
             f"servoid record {word} --out run, and give that folder"
         )
+    if bop_object is None and images is None:  # otherwise `open_any` says what these need
+        check_openable(word)
     if word.kind in (Kind.CAPTURE, Kind.BAG):
         if word.kind is Kind.BAG and bop_object is None and images is None:
             opened = _open_bag(word, known, topics, world=world, rests=rests)

@@ -242,7 +242,7 @@ FILES = {
     ),
     "no capture.toml": (
         remove("capture.toml"),
-        r"there is no capture in .*photos: no capture\.toml, .*; name a folder",
+        r"there is no capture in .*photos: no images .*, no capture\.toml, .*; name a folder",
     ),
     "poses of a name that is too long": (
         toml('"poses.csv"', f'"{"p" * 300}.csv"'),

@@ -17,7 +17,7 @@ from rooms_to_scan import (
 )
 
 from servoid.capture import open_capture
-from servoid.errors import CaptureError, ScanError
+from servoid.errors import CaptureError
 from servoid.exchange.bags.writing import raw_observations, write_mcap_recording
 from servoid.opening import Filmed, GivenCalibration, open_filmed, parse_source
 from servoid.pose import Pose
@@ -105,7 +105,7 @@ def test_a_film_and_photographs_are_scanned_as_they_are(tmp_path: Path) -> None:
 def test_what_cannot_be_a_footage_is_refused_with_what_would_do(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match="servoid record 0 --out run"):
         filmed("0")
-    with pytest.raises(ScanError, match="there is no photograph in"):
+    with pytest.raises(CaptureError, match=r"there is no capture in .*: no images \(\.jpg"):
         filmed(tmp_path)
     folder = write_pair(tmp_path / "run", blank(3), blank(3), FOCAL_PX)
     text = (folder / "capture.toml").read_text()

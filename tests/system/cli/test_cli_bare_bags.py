@@ -104,9 +104,10 @@ def test_a_film_is_recorded_into_a_folder(servoid_command: Command) -> None:
     capture = open_capture("run")
     assert capture.times_s == pytest.approx((0.0, 0.05, 0.1, 0.15))
     assert capture.cameras[0].lens.focal_px[0] == pytest.approx(32.0 / np.tan(np.pi / 6))
-    again = servoid_command("record", "run", "--out", "copy")
+    again = servoid_command("record", "run", "--out", "other/copy")
     assert again.code == 2 and "is recorded already" in again.err
-    assert not Path("copy").exists()
+    assert again.err.endswith("with --out other/copy.mcap\n")
+    assert not Path("other").exists()
 
 
 @pytest.mark.usefixtures("folder")

@@ -19,6 +19,7 @@ from servoid.opening import (
     Kind,
     SourceWord,
     any_cameras,
+    check_openable,
     count_uncalibrated_cameras,
     open_recorded,
     parse_source,
@@ -59,6 +60,7 @@ def run_record(order: Order) -> None:
     if word.is_live:
         _check_live(order, word)
     else:
+        check_openable(word)
         _check_recorded(order, word)
     check_recorder(order.out)
     if word.is_live:
@@ -105,8 +107,7 @@ def _check_recorded(order: Order, word: SourceWord) -> None:
             raise OptionError(f"{word} is recorded, so {option} does not apply; leave it out")
     if word.kind is Kind.CAPTURE and not is_mcap(order.out):
         raise OptionError(
-            f"{word} is recorded already; it can be converted to MCAP, with --out "
-            f"{order.out.name}.mcap"
+            f"{word} is recorded already; it can be converted to MCAP, with --out {order.out}.mcap"
         )
 
 

@@ -1,0 +1,55 @@
+"""Refuses files and folders that hold nothing that servoid opens, with what it does open."""
+
+from pathlib import Path
+
+from servoid.camera.video import VIDEO_SUFFIXES
+from servoid.config.places import is_folder
+from servoid.errors import CaptureError
+from servoid.exchange.captures import bop, nerfstudio
+from servoid.exchange.opening import is_capture
+from servoid.exchange.shapes.mesh_file import SUFFIXES as MESH_SUFFIXES
+from servoid.opening.word import BAG_SUFFIXES, IMAGE_SUFFIXES, Kind, SourceWord
+
+
+def check_openable(word: SourceWord) -> None:
+    """Check that a file or a folder holds something that servoid opens, by the names alone.
+
+    Raises:
+        CaptureError: it does not.
+
+    """
+    if word.kind is not Kind.CAPTURE or is_capture(word.place):
+        return
+    if is_folder(word.place):
+        raise CaptureError(_why_not_folder(word.place))
+    if word.place.suffix.lower() in MESH_SUFFIXES:
+        raise CaptureError(
+            f"{word} is a mesh or a point cloud, and images are needed; only servoid model takes "
+            f"it: servoid model {word} --out {word.place.stem}.json"
+        )
+    raise CaptureError(
+        f"servoid cannot open {word}, by the ending of its name: videos end in "
+        f"{_listed(VIDEO_SUFFIXES)}, images in {_listed(IMAGE_SUFFIXES)}, bags in "
+        f"{_listed(BAG_SUFFIXES)}, captures in .toml or .json, meshes in "
+        f"{_listed(MESH_SUFFIXES)}; convert it to one of these, or correct its name"
+    )
+
+
+def _why_not_folder(folder: Path) -> str:
+    inside = sorted(folder.iterdir())
+    films = [one for one in inside if one.suffix.lower() in VIDEO_SUFFIXES]
+    captures = [one for one in inside if one.is_dir() and is_capture(one)]
+    remedy = "name a folder that holds one of these, or a video"
+    for what, found in (("a video", films), ("a capture", captures)):
+        if found:
+            remedy = f"but there is {what} in it; name that, {found[0]}"
+            break
+    return (
+        f"there is no capture in {folder}: no images ({', '.join(IMAGE_SUFFIXES)}), no "
+        f"capture.toml, no {nerfstudio.FILE_NAME}, no cameras.bin or cameras.txt of COLMAP in it, "
+        f"in sparse or in sparse/0, no {bop.FILE_NAME}, no bag; {remedy}"
+    )
+
+
+def _listed(suffixes: tuple[str, ...]) -> str:
+    return f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"

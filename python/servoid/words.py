@@ -65,6 +65,11 @@ def counted(count: int, thing: str, things: str = "") -> str:
     return f"{count} {thing if count == 1 else things or thing + 's'}"
 
 
+def camera_called(name: str) -> str:
+    """Name a camera in a sentence: `camera left`, or `the camera` if it has no name of its own."""
+    return "the camera" if name == "camera" else f"camera {name}"
+
+
 def were(count: int) -> str:
     """Return `was` or `were` for a count of things."""
     return "was" if count == 1 else "were"

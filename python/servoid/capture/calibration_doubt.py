@@ -17,7 +17,7 @@ from servoid.capture.exchanged import exchange_note, repeated_note
 from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
 from servoid.pose import exact
 from servoid.pose.exact import Floats
-from servoid.words import digits
+from servoid.words import camera_called, digits
 
 _PAIRS = 4
 _FIRST_OF_VIDEO = 30  # images that are compared pixel by pixel: later ones take long to decode
@@ -58,7 +58,7 @@ def _first_note(
     note_of: Callable[[str, Lens], str | None], cameras: Sequence[CaptureCamera]
 ) -> str | None:
     """Return the note on the first of the cameras that has one."""
-    notes = (note_of(f"camera {camera.name}", camera.lens) for camera in cameras)
+    notes = (note_of(camera_called(camera.name), camera.lens) for camera in cameras)
     return next((note for note in notes if note is not None), None)
 
 

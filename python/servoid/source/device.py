@@ -9,6 +9,7 @@ from servoid.source.controls import Controls
 from servoid.source.grabbing import Reopened, Video
 from servoid.source.streams.film import FilmVideo
 from servoid.source.streams.mjpeg import open_mjpeg, reason_of
+from servoid.words import camera_called
 
 if TYPE_CHECKING:
     import cv2
@@ -66,8 +67,8 @@ def opened(
             video = open_mjpeg(device)
         except (OSError, ValueError) as error:
             raise CaptureError(
-                f"camera {name}: '{shown(device)}' does not answer: {reason_of(error)}; check "
-                "that it is connected and reachable from this computer"
+                f"{camera_called(name)}: '{shown(device)}' does not answer: {reason_of(error)}; "
+                "check that it is connected and reachable from this computer"
             ) from error
         if video is not None:
             return video
@@ -94,9 +95,7 @@ def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) ->
         video = cv2.VideoCapture(device, cv2.CAP_ANY)
     if not video.isOpened():
         raise CaptureError(
-            f"camera {name}: OpenCV cannot open '{shown(device)}'; check that it is connected and "
-            "that no other program uses it; for a pipeline, OpenCV must be built with GStreamer; "
-            "or give an object with grab, retrieve and release as the device"
+            f"{camera_called(name)}: OpenCV cannot open '{shown(device)}'; {_remedy(device)}"
         )
     if isinstance(device, int) and size_px is not None:
         width, height = size_px
@@ -105,6 +104,23 @@ def _by_opencv(name: str, device: int | str, size_px: tuple[int, int] | None) ->
     if isinstance(device, int):
         video.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # images in a queue are outdated
     return video
+
+
+def _remedy(device: int | str) -> str:
+    """Return what to do about a device that OpenCV cannot open."""
+    if isinstance(device, str) and _PIPELINE in device:
+        return (
+            "check the pipeline, and that OpenCV was built with GStreamer, or give an object with "
+            "grab, retrieve and release as the device"
+        )
+    if isinstance(device, str) and _ADDRESS in device:
+        return "check the address, and that its server can be reached from this computer"
+    if isinstance(device, int) or device.startswith(_DEVICE_FILE):
+        return (
+            "check that it is connected and that no other program uses it; servoid sources lists "
+            "the cameras that are found"
+        )
+    return "check that it is a video, and that it is whole"
 
 
 def _may_be_stored(device: str) -> bool:

@@ -13,6 +13,7 @@ from servoid.capture.capture import Capture, CaptureCamera, Observation
 from servoid.errors import ImageError
 from servoid.rates import ASSUMED_HZ
 from servoid.source.source import Instant
+from servoid.words import camera_called
 
 _MOST_UNKNOWN = 0.5  # an image with more unknown pixels is unusable
 
@@ -107,18 +108,18 @@ def ideal_image(
             image = ideal.maps().image(image)
     except ImageError as error:
         image, notice = None, str(error)
-    return image, None if notice is None else f"camera {name}: {notice}"
+    return image, None if notice is None else f"{camera_called(name)}: {notice}"
 
 
 def _read(
     camera: CaptureCamera, picture: Picture | None
 ) -> tuple[NDArray[np.uint8] | None, str | None]:
     if picture is None:
-        return None, f"camera {camera.name}: there is no image"
+        return None, f"{camera_called(camera.name)}: there is no image"
     try:
         pixels = picture.read(camera.lens.size_px)
     except ImageError as error:
-        return None, f"camera {camera.name}: {error}"
+        return None, f"{camera_called(camera.name)}: {error}"
     return ideal_image(camera.name, camera.ideal, pixels)
 
 
@@ -132,7 +133,7 @@ def _measured(camera: CaptureCamera, index: int) -> tuple[NDArray[np.float32] | 
             return None, None
         depth = camera.ideal.maps().depth(recorded)
     except ImageError as error:
-        return None, f"camera {camera.name}: {error}"
+        return None, f"{camera_called(camera.name)}: {error}"
     return np.ascontiguousarray(depth, dtype=np.float32), None
 
 

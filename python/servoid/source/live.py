@@ -23,6 +23,7 @@ from servoid.source.grabbing import TRIES, Grabber, Shot, Video
 from servoid.source.instants import tidy_image
 from servoid.source.raw import MountedCamera, RawImage, RawInstant, instant_of
 from servoid.source.source import Instant
+from servoid.words import camera_called
 
 _TRIES_OF_STREAM = 1  # a broken connection does not recover
 
@@ -210,7 +211,7 @@ class Live:
         ):
             return None
         return "; ".join(
-            f"camera {self._name(place)}: no image came for {seconds:.1f} s{reason}"
+            f"{camera_called(self._name(place))}: no image came for {seconds:.1f} s{reason}"
             for place, (seconds, reason) in enumerate(silences)
         )
 
@@ -281,9 +282,11 @@ class Live:
                 image, notice = _raw_image(camera.lens, shot, eye.eye)
             images.append(image)
             if notice is not None:
-                notices.append(f"camera {camera.name}: {notice}")
+                notices.append(f"{camera_called(camera.name)}: {notice}")
         for place, grabber in enumerate(self._grabbers):
-            notices.extend(f"camera {self._name(place)}: {text}" for text in grabber.notices())
+            notices.extend(
+                f"{camera_called(self._name(place))}: {text}" for text in grabber.notices()
+            )
         time_s = moment_s - self._settings.delay_s
         return RawInstant(
             index=self._index,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
+from servoid.words import camera_called
 
 _COUNTED = re.compile(r"\bcamera (\d+)\b")
 _MISSING = " delivered no image"
@@ -49,7 +50,7 @@ class Instant:
 
     def _name(self, counted: re.Match[str]) -> str:
         number = int(counted[1])
-        return f"camera {self.names[number]}" if number < len(self.names) else counted[0]
+        return camera_called(self.names[number]) if number < len(self.names) else counted[0]
 
     @property
     def is_dark(self) -> bool:

@@ -151,7 +151,7 @@ def test_a_camera_that_was_killed_is_told_and_found_again_within_a_second(tmp_pa
             found = newest(live)
             passed_s.append(time.monotonic() - back_s)
             assert found.images[0] is not None
-            assert found.notices[0].startswith("camera camera: no image came for")
+            assert found.notices[0].startswith("the camera: no image came for")
     assert min(passed_s) < 1.0
 
 
@@ -209,7 +209,7 @@ def test_images_whose_size_changed_are_left_out_and_told(tmp_path: Path) -> None
         while not found.is_dark and time.monotonic() < end:
             found = newest(live)
     assert found.notices[0].startswith(
-        "camera camera: the image is 64x24 pixels, but the lens has 64x48"
+        "the camera: the image is 64x24 pixels, but the lens has 64x48"
     )
 
 

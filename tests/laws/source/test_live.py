@@ -22,6 +22,7 @@ from played_sources import (
 from servoid.errors import CaptureError
 from servoid.pose import Pose
 from servoid.source import Instant, Live, LiveSettings, grabbing, read_rig
+from servoid.source.device import opened
 
 
 def observed(played: Played, seconds: float) -> list[Instant]:
@@ -207,6 +208,23 @@ def test_a_camera_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
         Live(rig(str(tmp_path / "none.avi")))
     with pytest.raises(CaptureError, match="there is no camera"):
         Live([])
+
+
+@pytest.mark.parametrize(
+    ("device", "remedy"),
+    [
+        (97, "check that it is connected .*; servoid sources lists the cameras that are found"),
+        ("/dev/video97", "check that it is connected .*; servoid sources lists the cameras"),
+        ("nothing ! appsink", "check the pipeline, and that OpenCV was built with GStreamer"),
+        ("rtsp://127.0.0.1:9/eye", "check the address, and that its server can be reached"),
+        ("none.avi", "check that it is a video, and that it is whole"),
+    ],
+)
+def test_a_device_that_cannot_be_opened_is_refused_with_what_to_do_about_its_kind(
+    device: int | str, remedy: str
+) -> None:
+    with pytest.raises(CaptureError, match=rf"^the camera: OpenCV cannot open '.*'; {remedy}"):
+        opened("camera", device)
 
 
 def test_a_password_is_not_shown() -> None:

@@ -64,7 +64,7 @@ def test_a_server_that_was_killed_is_found_again_and_the_gap_is_told(images: Pat
         assert gather(source, 20.0, 3)
     gather(source, 0.6)  # what had come before
     silence = source.silence()
-    assert silence is not None and silence.startswith("camera camera: no image came for 0.")
+    assert silence is not None and silence.startswith("the camera: no image came for 0.")
     with served(images, int(address.rpartition(":")[2])), source:
         found = gather(source, 20.0, 3)
     assert len(found) == 3
@@ -80,7 +80,7 @@ def test_stamps_of_the_sender_that_jump_are_told_and_times_go_on(images: Path) -
         with opened.source as source:
             found = gather(source, 20.0, 120)
     notices = [notice for raw in found for notice in raw.notices if "clock went back" in notice]
-    assert len(notices) == 1 and notices[0].startswith("camera camera: its clock went back by ")
+    assert len(notices) == 1 and notices[0].startswith("the camera: its clock went back by ")
     times_s = np.array([raw.time_s for raw in found])
     assert (np.diff(times_s) > 0.0).all()
 
@@ -92,7 +92,7 @@ def test_an_image_that_was_dropped_is_told(images: Path) -> None:
         with opened.source as source:
             found = gather(source, 30.0, 60)
     notices = [notice for raw in found for notice in raw.notices]
-    assert "camera camera: 1 image is missing before this one" in notices
+    assert "the camera: 1 image is missing before this one" in notices
 
 
 def test_an_address_that_does_not_answer_is_refused_without_its_password() -> None:

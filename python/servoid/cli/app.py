@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from servoid._native import __version__
+from servoid.cli.commands import Commands
 from servoid.cli.defaults import CommandWithDefaults
-from servoid.cli.interrupting import Commands
 from servoid.cli.model.model_command import model
 from servoid.cli.pick.pick_command import pick
 from servoid.cli.plugins import add_commands

@@ -6,9 +6,6 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
-
-from typer.core import TyperGroup
 
 INTERRUPTED = 130
 _AFTER_SIGNAL = 128  # shells and service managers expect this plus the signal's number
@@ -17,17 +14,6 @@ _ENDING = ("SIGTERM", "SIGHUP")  # the latter, of a terminal that closes, is unk
 
 class InterruptedCommand(BaseException):
     """Is raised for Ctrl-C in a command that prints no message of its own."""
-
-
-class Commands(TyperGroup):
-    """The group of all commands; its library would end an interrupted one without a message."""
-
-    def invoke(self, ctx: Any) -> Any:
-        """Run the requested command."""
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt as interrupt:
-            raise InterruptedCommand from interrupt
 
 
 @contextmanager

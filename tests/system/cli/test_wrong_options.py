@@ -1,0 +1,32 @@
+"""A value that an option does not take is answered with what was given and what is allowed."""
+
+import pytest
+
+from conftest import Command
+
+
+def framed(text: str) -> str:
+    """Return the words in the frame around an error, in one line."""
+    lines = (line.strip("│ ") for line in text.splitlines() if line.startswith("│"))
+    return " ".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("track run --seed 1.5", "'--seed': '1.5' is not a whole number; write one such as 3"),
+        ("track run --distance 0,5", "'--distance': '0,5' is not a number; write one such as 0.5"),
+        ("track run --seed " + "9" * 5000, f"'--seed': '{'9' * 40}...' has too many digits; write"),
+        ("sample run --size medium", "'--size': 'medium' is not one of 'small', 'full'"),
+        ("study modell --out results", "'name': 'modell' is not one of 'paper', 'bode',"),
+        ("pick run --image -1", "'--image': -1 is out of range; choose 0 or more"),
+        ("pick run --port 80000", "'--port': 80000 is out of range; choose 65535 or less"),
+    ],
+)
+def test_a_value_that_an_option_does_not_take_is_repeated_beside_what_it_takes(
+    arguments: str, message: str, servoid_command: Command
+) -> None:
+    done = servoid_command(*arguments.split())
+    assert done.code == 2
+    assert framed(done.err).startswith(f"Invalid value for {message}")
+    assert "Value error" not in done.err and "Input should" not in done.err

@@ -18,12 +18,19 @@ class CommandWithDefaults(TyperCommand):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help with all defaults filled in."""
+        if self.help is not None:
+            self.help = _in_whole_lines(self.help)
         for option in self.params:
             text = getattr(option, "help", None)
             if text is not None:
                 option.help = with_defaults(text)  # type: ignore[attr-defined]
         with _switches_in_one_word(self.params):
             super().format_help(ctx, formatter)
+
+
+def _in_whole_lines(text: str) -> str:
+    """Join the lines of each paragraph: the library keeps its ends of lines, and adds its own."""
+    return "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
 
 
 @contextmanager

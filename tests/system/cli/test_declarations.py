@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import textwrap
 from typing import Any
 
 import msgspec
@@ -204,3 +205,14 @@ def test_no_help_page_cuts_an_option_at_80_columns(command: str, servoid_command
     options = [one for one in COMMANDS[command].params if one.param_type_name == "option"]
     given = {name for one in options for name in (*one.opts, *one.secondary_opts)}
     assert {name for name in given if name.startswith("--")} - names == set()
+
+
+@pytest.mark.parametrize("command", [name for name in COMMANDS if not COMMANDS[name].hidden])
+def test_a_help_page_ends_no_line_before_the_terminal_does(
+    command: str, servoid_command: Command
+) -> None:
+    page = servoid_command(command, "--help").out
+    lines = [line.strip() for line in page.splitlines()]
+    for paragraph in re.sub(r"\[/?\w+\]", "", COMMANDS[command].help).split("\n\n"):
+        for line in textwrap.wrap(paragraph, 78, break_on_hyphens=False):
+            assert line in lines

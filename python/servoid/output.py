@@ -1,5 +1,6 @@
 """Writes a file whole or not at all."""
 
+import errno
 import os
 import secrets
 import stat
@@ -11,6 +12,8 @@ from pathlib import Path
 
 from servoid.errors import OutputError
 
+_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+_ELSEWHERE = "choose a folder that you may write to"
 _NO_FILES = {
     "a device": lambda mode: stat.S_ISCHR(mode) or stat.S_ISBLK(mode),
     "a pipe": stat.S_ISFIFO,
@@ -245,9 +248,7 @@ def _check_writable(folder: Path, named: Path) -> None:
         probe.open("xb").close()
         probe.unlink()
     except OSError as error:
-        raise OutputError(
-            f"cannot write {named}: {_reason(error)}; choose a folder that you may write to"
-        ) from error
+        raise OutputError(f"cannot write {named}: {_reason(error)}") from error
 
 
 def _beside(path: Path) -> Path:
@@ -256,4 +257,6 @@ def _beside(path: Path) -> Path:
 
 
 def _reason(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()
+    """Return why nothing could be written, and what to do where another place is all it takes."""
+    reason = (error.strerror or str(error)).lower()
+    return f"{reason}; {_ELSEWHERE}" if error.errno in _FORBIDDEN else reason

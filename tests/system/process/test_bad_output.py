@@ -1,7 +1,9 @@
 """Every output that cannot be written: found before the work, and nothing left behind."""
 
+import errno
 import os
 import socket
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -62,6 +64,28 @@ def test_a_folder_that_is_read_only_is_refused(
     check_refused(
         servoid_command, tmp_path, "permission denied", "model", drawn_capture, *arguments
     )
+
+
+@pytest.mark.parametrize("number", [errno.EACCES, errno.EPERM, errno.EROFS])
+@pytest.mark.parametrize("command", ["sample", "scan"])
+def test_a_capture_in_a_folder_that_is_read_only_is_refused_with_what_to_do(
+    command: str,
+    number: int,
+    tmp_path: Path,
+    servoid_command: Command,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def forbidden(*_: object, **__: object) -> str:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(tempfile, "mkdtemp", forbidden)
+    film = tmp_path / "film.avi"
+    film.touch()
+    arguments = ("sample", "new") if command == "sample" else ("scan", film, "--out", "new")
+    done = servoid_command(*arguments)
+    assert done.code == 1
+    assert done.err.startswith(f"error: cannot write a {command} into new: ")
+    assert done.err.endswith("; choose a folder that you may write to\n")
 
 
 @pytest.fixture(params=["pipe", "socket", "link to a pipe", "link to a device"])

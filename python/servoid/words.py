@@ -50,6 +50,12 @@ def four_digits(number: float) -> str:
     return np.format_float_positional(number, precision=4, fractional=False, trim="-")
 
 
+def hundredths(number: float) -> str:
+    """Format a number with two decimals, and zero without a sign."""
+    text = f"{number:.2f}"
+    return "0.00" if text == "-0.00" else text
+
+
 def finite(number: float) -> float | None:
     """Return a number for JSON, which has neither NaN nor infinity: None in place of them."""
     return float(number) if math.isfinite(number) else None

@@ -22,7 +22,7 @@ from servoid.capture import CaptureView
 from servoid.model.misfit import misfit_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.shape import MadeBy, SeenEntry, save_body
-from servoid.words import are
+from servoid.words import are, hundredths
 
 _NOTEWORTHY = 0.8  # below this share a note reports the unseen surface
 _HIDDEN = 0.5  # below this share an ellipsoid counts as a guess
@@ -67,7 +67,7 @@ class Coverage:
             return None
         where = "parts of it on all sides are a guess"
         if self.unseen_toward is not None:
-            toward = ", ".join(f"{x:.2f}" for x in self.unseen_toward)
+            toward = ", ".join(map(hundredths, self.unseen_toward))
             where = f"the side towards ({toward}) in the object's frame is a guess"
         guessed = int((self.by_ellipsoid < _HIDDEN).sum())
         return f"{100.0 * (1.0 - self.share):.0f} % of the surface was never seen: {where}" + (

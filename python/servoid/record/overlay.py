@@ -11,6 +11,7 @@ from servoid.record.lettering import fill, width_px, write
 from servoid.record.outline import Color, draw_axes, draw_outline, draw_points
 from servoid.source import Instant
 from servoid.track import Followed, Tracked, TrackStep
+from servoid.words import hundredths
 
 STATUS_COLORS: dict[str, Color] = {
     "tracking": (64, 200, 96),
@@ -100,7 +101,7 @@ class Overlay:
         if len(self._names) and one.name != "object":
             words += f"  {one.name}"
         end = write(page, (_BAR_PX + 18, top + 19), words, _INK)
-        note = f"{instant.time_s:.2f} s"
+        note = f"{hundredths(instant.time_s)} s"
         room = self.size_px[0] - end - 16
         width = width_px(note, _SIZE)
         if width <= room:

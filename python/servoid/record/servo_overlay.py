@@ -15,6 +15,7 @@ from servoid.record.overlay import STATUS_COLORS
 from servoid.servo import ORDINARY, Command, TargetEstimate
 from servoid.shape.placed import placed
 from servoid.source import Instant
+from servoid.words import hundredths
 
 _WIDTH_PX = 1280
 _BAND_PX = 80
@@ -126,7 +127,7 @@ class ServoOverlay:
         fill(page, (*bar[:2], round(share * _BAR[0]), _BAR[1]), color)
         beside = _EDGE_PX + _BAR[0] + _EDGE_PX
         room = _WIDTH_PX - _COLUMN_PX - _EDGE_PX
-        clock = f"{scene.instant.time_s:.2f} s"
+        clock = f"{hundredths(scene.instant.time_s)} s"
         write(
             page, (_WIDTH_PX - _EDGE_PX - width_px(clock, 0.6), first + 26), clock, _QUIET, size=0.6
         )

@@ -13,12 +13,14 @@ from servoid.batch import BatchProgress
 from servoid.cli.batch_progress import words_of
 from servoid.errors import BodyError
 from servoid.exchange.shapes.mesh_closing import close_mesh
+from servoid.model.result import Coverage
 from servoid.shape import save_body
 from servoid.words import (
     counted,
     digits,
     finite,
     four_digits,
+    hundredths,
     in_one_line,
     number_of,
     whole_number_of,
@@ -65,6 +67,21 @@ def test_one_thing_has_no_plural() -> None:
 def test_a_number_for_people_has_six_digits_at_most(number: float) -> None:
     mantissa = digits(number).partition("e")[0].strip("-")
     assert sum(sign.isdigit() for sign in mantissa.lstrip("0.")) <= 6
+
+
+@given(st.floats(-0.0049, 0.0049))
+def test_what_rounds_to_zero_has_no_sign(number: float) -> None:
+    assert hundredths(number) == "0.00"
+    assert f"({hundredths(number)}, 0.00, -1.00) in the object" in _note_towards(number)
+
+
+@given(st.floats(-1e6, 1e6))
+def test_two_decimals_are_off_by_half_of_the_last_one_at_most(number: float) -> None:
+    assert abs(float(hundredths(number)) - number) <= 0.00501
+
+
+def _note_towards(x: float) -> str:
+    return str(Coverage(np.array([0.1]), 0.5, (x, -0.001, -1.0)).note())
 
 
 def test_what_another_library_says_becomes_one_line() -> None:

@@ -33,6 +33,8 @@ autodoc_preserve_defaults = True
 
 html_theme = "furo"
 html_title = f"servoid {release}"
+html_static_path = ["_static"]
+html_css_files = ["words.css"]
 
 
 def _shorten_arrays(*event: object) -> tuple[str | None, str | None]:

@@ -203,10 +203,14 @@ def check_size(
 ) -> None:
     """Check that an image has its camera's size, or raise `error`."""
     if found != size_px:
+        remedy = (
+            "correct size_px with the rest of the calibration, or use the images it was made for"
+        )
+        if error is MaskError:
+            remedy = "give a mask of the size of its image"
         raise error(
             f"{path} is {found[0]}x{found[1]} pixels, but its camera has size_px = "
-            f"{list(size_px)}; correct size_px with the rest of the calibration, or use the images "
-            "it was made for"
+            f"{list(size_px)}; {remedy}"
         )
 
 

@@ -98,7 +98,7 @@ IMAGES = {
     ),
     "mask of another size": (
         pixels("masks/0004.png", np.eye(90, dtype=np.uint8)),
-        r"masks/0004\.png is 90x90 pixels, but its camera has size_px = \[160, 120\]",
+        r"masks/0004\.png is 90x90 pixels, .* size_px = \[160, 120\]; give a mask of the size",
     ),
     "masks named otherwise": (
         other_masks,

@@ -80,10 +80,17 @@ def run_servo(order: Order) -> None:
             raise TargetError(
                 f"{doubt}; {picture} shows the candidates, and --trust-target uses the first"
             ) from doubt
-    _report(order.out, trial, order)
-    if stopped:
-        typer.echo(f"interrupted after {len(trial.log)} control periods", err=True)
+    ending = _ending(trial) if stopped else None
+    _report(order.out, trial, order, ending)
+    if ending is not None:
+        typer.echo(ending, err=True)
         raise typer.Exit(INTERRUPTED)
+
+
+def _ending(trial: ServoTrial) -> str:
+    """Describe when a run was interrupted."""
+    done_s = max(trial.log.times, default=0.0)
+    return f"interrupted after {done_s:.2f} of {trial.settings.run.seconds:g} s of servoing"
 
 
 class _Run:
@@ -198,8 +205,8 @@ def remove_leftovers(folder: Path, order: Order) -> None:
             remove_file(folder / name)
 
 
-def _report(folder: Path, trial: ServoTrial, order: Order) -> None:
-    """Write all files of a run that has ended, and print its summary."""
+def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -> None:
+    """Write all files of a run, print its summary, and say on its page if it was interrupted."""
     log, settings = trial.log, trial.settings
     text = trial_toml(settings)
     metrics = ServoMetrics.of(log, settings.run.settle_s)
@@ -222,7 +229,11 @@ def _report(folder: Path, trial: ServoTrial, order: Order) -> None:
         metrics.figures(),
         ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
         settings=text,
-        notes=(*trial.world.notes, *trial.exploration.all_notes),
+        notes=(
+            *(() if ending is None else (f"The run was not finished: {ending}.",)),
+            *trial.world.notes,
+            *trial.exploration.all_notes,
+        ),
     )
     if order.mcap:
         files["recording"] = folder / _RECORDING

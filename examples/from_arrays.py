@@ -68,14 +68,26 @@ def track(camera: Camera, body: Body, stream: Iterator[tuple[float, Image]]) -> 
 
 
 def servo(
-    arm: Arm, tracker: Tracker, goal_from_object: Pose, stream: Iterator[tuple[float, Image]]
+    arm: Arm,
+    tracker: Tracker,
+    rig_from_cameras: list[Pose],
+    rig_from_object: Pose,
+    stream: Iterator[tuple[float, list[Image]]],
 ) -> None:
-    """Keep the object at its goal in the hand's frame, by images of a camera at rest."""
+    """Keep the object where it is at first in the hand's frame, by images of a pair at rest.
+
+    The pair stands where the hand is at first, so that the object is before the hand. A single
+    camera tells its rotation less certainly, and the hand follows no doubtful one.
+    """
     controller = Controller(arm)
-    for time_s, image in stream:
-        controller.see(None, tracker.step(time_s, Pose.identity(), image))
+    world_from_rig = arm.world_from_hand(arm.state().positions)
+    poses = [world_from_rig @ pose for pose in rig_from_cameras]
+    time_s, images = next(stream)
+    tracker.start(time_s, poses, images, world_from_rig @ rig_from_object)
+    for time_s, images in stream:
+        controller.see(None, tracker.step(time_s, poses, images))
         while arm.state().time_s < time_s:
-            arm.command(controller.command(arm.state(), goal_from_object).velocities)
+            arm.command(controller.command(arm.state(), rig_from_object).velocities)
 
 
 def main(folder: str) -> None:
@@ -108,16 +120,12 @@ def main(folder: str) -> None:
     times_s = 0.04 * np.arange(len(images))
     poses = list(track(camera, result.body, zip(times_s, images, strict=True)))
     print(f"tracked in {len(poses)} of {len(images) - 1} images")
-    arm, tracker = SerialArm(read_arm()), Tracker(camera, result.body)
+    arm, tracker = SerialArm(read_arm()), Tracker([camera, camera], result.body)
     before = arm.world_from_hand(arm.state().positions)
-    start_s, world_from_object = arm.state().time_s, result.body.world_from_object
-    tracker.start(start_s, Pose.identity(), images[0], world_from_object)
-    servo(
-        arm,
-        tracker,
-        before.inverse() @ world_from_object,
-        zip(start_s + times_s, images, strict=True),
-    )
+    pairs = [[view.image(), other.image()] for view, other in zip(left[:40], right, strict=False)]
+    stream = zip(arm.state().time_s + times_s, pairs, strict=True)
+    cameras = [one.world_from_camera for one in pair]
+    servo(arm, tracker, cameras, result.body.world_from_object, stream)
     after = arm.world_from_hand(arm.state().positions)
     moved_mm = 1e3 * np.linalg.norm(np.subtract(after.translation, before.translation))
     print(f"the hand moved {moved_mm:.0f} mm with the object")

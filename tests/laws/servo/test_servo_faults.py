@@ -345,6 +345,17 @@ def test_images_that_stop_are_all_that_is_said_to_be_wrong() -> None:
     assert trust.holding() == {Reason.NO_IMAGES}
 
 
+def test_images_that_only_the_tracker_has_are_not_said_to_be_missing() -> None:
+    trust = SafetySupervisor(SafetySettings(), TargetFilter(TargetSettings()))
+    for index in range(20):
+        lost = FakeEstimate(index / 30, Pose.identity(), status="searching")
+        trust.see(None, lost)
+        trust.advance(index / 30)
+        assert trust.holding() == {Reason.NO_TARGET, Reason.SEARCHING}
+    trust.advance(1.2)
+    assert trust.holding() == {Reason.NO_TARGET, Reason.SEARCHING, Reason.NO_IMAGES}
+
+
 def test_joint_states_that_are_no_numbers_brake_the_arm() -> None:
     loop = Loop(to_and_fro(10))
     loop.run(3)

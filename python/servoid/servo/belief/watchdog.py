@@ -55,6 +55,11 @@ class Watchdog:
             if image is not None:
                 self._compare(place, fingerprint(image), pose)
 
+    def hear_of_images(self, time_s: float) -> None:
+        """Process the time of images that only the tracker has."""
+        if np.isfinite(time_s):
+            self._newest_s = time_s
+
     def is_stale(self, time_s: float) -> bool:
         """Return whether the newest image is too old at a time, or there is none."""
         return self._newest_s is None or time_s - self._newest_s > self._settings.coast_s

@@ -111,6 +111,8 @@ class SafetySupervisor:
         """Process an observation and its estimate; the filter uses it if it can be trusted."""
         if instant is not None:
             self._watchdog.see(instant)
+        elif estimate is not None:
+            self._watchdog.hear_of_images(estimate.time_s)
         fault = self._fault_of(estimate)
         if fault is None and estimate is not None:
             self._follow(estimate)

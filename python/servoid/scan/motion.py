@@ -75,8 +75,8 @@ def check_camera_moves(matched: Matched) -> None:
         raise ScanError(
             "the camera does not move, and an object moves before a static background: "
             f"{100 * still:.0f} % of the matches stay at their "
-            f"position in the image, and {100 * share:.0f} % move, so that the scan would "
-            "reconstruct the background and not the object; use 'servoid track' with --target, "
+            f"position in the image, and {100 * share:.0f} % move between neighbouring images, so "
+            "that the scan would reconstruct the background; use 'servoid track' with --target, "
             "which models what moves, or scan with --turntable, which ignores what does "
             "not move, or with --inside and masks of the object"
         )

@@ -118,7 +118,8 @@ _NOT_FOUND_REMEDIES: dict[type, str] = {
 
 _DOUBT_REMEDIES: dict[type, str] = {
     MaskTarget: "draw a mask that covers the object and nothing else",
-    BoxTarget: "draw a box that nearly touches the object on all four sides, or give a mask",
+    BoxTarget: "draw a box that nearly touches the object on all four sides; if this one does, the "
+    "object's colours are also around it: give a mask, or mark the object in another view",
     ClickTarget: "draw a box around the object, or give a mask",
     HueTarget: "choose a narrower hue window, or give a mask",
     BackgroundTarget: "give a mask, or a box around the object",

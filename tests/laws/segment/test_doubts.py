@@ -142,6 +142,7 @@ def test_a_box_around_what_is_like_its_surroundings_is_refused_with_its_answers(
     masks = refused.value.masks
     assert np.array_equal(masks[0], find_object(box, image, trusted=True))
     assert all(mask.shape == image.shape[:2] and mask.any() for mask in masks)
+    assert "on all four sides; if this one does, " in str(refused.value)
 
 
 def test_a_click_between_two_patches_is_refused_as_its_neighbours_find_something_else() -> None:

@@ -16,6 +16,8 @@ class CommandWithDefaults(TyperCommand):
     that declares its settings.
     """
 
+    help: str | None
+
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help with all defaults filled in."""
         if self.help is not None:

@@ -20,7 +20,7 @@ from servoid._native import (
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
 from servoid.model.misfit import center_notes, far_note, swapped_note, touches_all_borders
-from servoid.model.misplaced import Fitted, misplaced_notes
+from servoid.model.misplaced import Fitted, convention_note, misplaced_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import Coverage, ModelResult
 from servoid.model.running import Progress, in_parallel, run_core
@@ -155,7 +155,13 @@ def fit_views(
     seen = all(view.has_image for view in used)
     images = in_parallel(CaptureView.image, used) if seen else []
     given = request.given(views=native_used, range_samples=samples)
-    steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
+    try:
+        steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
+    except ModelError as error:
+        convention = convention_note(used, native_used, settings)
+        if convention is None:
+            raise
+        raise ModelError(f"{error}; {convention}") from error
     body = steps[-1].body
     iou_used = _judge(body, native_used)
     misplaced = misplaced_notes(

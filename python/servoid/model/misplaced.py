@@ -6,6 +6,9 @@ difficult object does. So other orders are tried, and one is reported only if it
 masks, another order than the right one leaves 1.35 times the misfit or more (0.91 on a level ring,
 where a shift only turns the object); of a wrong one, the right order leaves 0.11 to 0.74 times.
 
+Poses of another convention, inverted or with the axes of OpenGL, leave a body that fits hardly any
+view. They are tried where the overlap is that small, so that a difficult object costs no time.
+
 Two exchanged views fit a body of the other views badly as they are, and well if they change places.
 In the same captures 70 of 75 exchanged pairs are found, and no pair that was not exchanged.
 """
@@ -31,6 +34,7 @@ from servoid.errors import ModelError
 from servoid.model.running import Progress, run_core
 
 _GOOD = 0.9  # a mean overlap from which on the order is not doubted
+_HARDLY = 0.7  # a mean overlap from which on the convention of the poses is not doubted
 _BEHIND = 0.05  # below the median overlap, a view may be exchanged
 _MOST = 10  # such views
 _EXCHANGED = 0.7  # what two exchanged views may leave of their misfit, as a share of it
@@ -45,6 +49,17 @@ _ORDERS: tuple[tuple[str, Callable[[int, int], int]], ...] = (
     ("if the poses are taken in reversed order", lambda index, last: last - index),
 )
 """Orders of poses to try: the words, and the index of a pose for an image's index and the last."""
+
+_CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
+_CONVENTIONS: tuple[tuple[str, Callable[[Pose], Pose]], ...] = (
+    ("camera_from_world: invert them", Pose.inverse),
+    (
+        "those of cameras with y up and z backwards, as in OpenGL and Blender: change the signs of "
+        "the second and the third column of each rotation",
+        lambda pose: pose @ _CV_FROM_GL,
+    ),
+)
+"""Conventions of poses to try: what they are and what to do, and world_from_camera of a pose."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,39 +124,92 @@ def _exchanged_notes(fitted: Fitted) -> list[str]:
     return notes
 
 
-def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView]) -> str | None:
-    """Report poses in another order than their images, where that fits the masks far better."""
-    used, native, settings = fitted.views, fitted.native, fitted.settings
-    lenses = {(view.camera_name, view.index): view.world_from_lens for view in everywhere}
-    last = max(view.index for view in everywhere)
-    some = np.unique(np.linspace(0, len(used) - 1, min(len(used), _MOST_TRIED)).round())
-    tried = [int(one) for one in some]
-    quick = ModelSettings(
-        max_ellipsoids=_TRIED_ELLIPSOIDS,
-        delta=0.0,
-        seed=settings.seed,
-        threads=settings.threads,
-        quick=True,
-    )
-    before = _overlap([native[one] for one in tried], quick)
-    best = (before, "")
-    for words, order in _ORDERS:
+@dataclass(frozen=True, eq=False)
+class _Tries:
+    """Some views, and how well a quick body of them fits if they take other poses."""
+
+    used: Sequence[CaptureView]
+    native: Sequence[View]
+    settings: ModelSettings
+
+    @classmethod
+    def of(
+        cls, used: Sequence[CaptureView], native: Sequence[View], settings: ModelSettings
+    ) -> "_Tries":
+        """Choose views, at most so many that trying is quick."""
+        some = np.unique(np.linspace(0, len(used) - 1, min(len(used), _MOST_TRIED)).round())
+        tried = [int(one) for one in some]
+        quick = ModelSettings(
+            max_ellipsoids=_TRIED_ELLIPSOIDS,
+            delta=0.0,
+            seed=settings.seed,
+            threads=settings.threads,
+            quick=True,
+        )
+        return cls([used[one] for one in tried], [native[one] for one in tried], quick)
+
+    def as_they_are(self) -> float:
+        """Return the mean overlap with the given poses."""
+        return _overlap(self.native, self.settings)
+
+    def at(self, world_from_lens: Callable[[CaptureView], Pose | None]) -> float:
+        """Return the mean overlap at other poses of the lenses, of which some may be unknown."""
         posed = [
-            _posed(native[one], used[one], lenses.get((used[one].camera_name, other)))
-            for one in tried
-            for other in (order(used[one].index, last),)
+            _posed(view, of, world_from_lens(of))
+            for view, of in zip(self.native, self.used, strict=True)
         ]
         views = [view for view in posed if view is not None]
-        if len(views) >= _LEAST_VIEWS:
-            best = max(best, (_overlap(views, quick), words))
-    after, words = best
-    if 1.0 - after >= _REORDERED * (1.0 - before):
+        return _overlap(views, self.settings) if len(views) >= _LEAST_VIEWS else 0.0
+
+
+def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView]) -> str | None:
+    """Report poses in another order or convention, where that fits the masks far better."""
+    lenses = {(view.camera_name, view.index): view.world_from_lens for view in everywhere}
+    last = max(view.index for view in everywhere)
+    tries = _Tries.of(fitted.views, fitted.native, fitted.settings)
+    before = tries.as_they_are()
+    found = []
+    for words, order in _ORDERS:
+        after = tries.at(
+            lambda of, order=order: lenses.get((of.camera_name, order(of.index, last)))
+        )
+        found.append(
+            (
+                after,
+                f"images and poses do not belong together: {words}, {_overlaps(after, before)}; "
+                "compare the lines of the poses with the names of the images, and do not use the "
+                "body until then",
+            )
+        )
+    if float(fitted.ious.mean()) < _HARDLY:
+        found += _in_conventions(tries, before)
+    after, note = max(found)
+    return note if 1.0 - after < _REORDERED * (1.0 - before) else None
+
+
+def convention_note(
+    used: Sequence[CaptureView], native: Sequence[View], settings: ModelSettings
+) -> str | None:
+    """Report that views of which no body can be made have poses of another convention."""
+    if len(used) < _LEAST_VIEWS:
         return None
+    after, note = max(_in_conventions(_Tries.of(used, native, settings), 0.0))
+    return note if after > _HARDLY else None
+
+
+def _in_conventions(tries: _Tries, before: float) -> list[tuple[float, str]]:
+    """Return the overlap in each other convention of poses, and what to report of it."""
+    found: list[tuple[float, str]] = []
+    for words, turned in _CONVENTIONS:
+        after = tries.at(lambda of, turned=turned: turned(of.world_from_lens))
+        found.append((after, f"the poses look like {words}; then {_overlaps(after, before)}"))
+    return found
+
+
+def _overlaps(after: float, before: float) -> str:
     return (
-        f"images and poses do not belong together: {words}, a body of {_TRIED_ELLIPSOIDS} "
-        f"ellipsoids overlaps the masks by {after:.2f} on average (intersection over union) "
-        f"instead of {before:.2f}; compare the lines of the poses with the names of the images, "
-        "and do not use the body until then"
+        f"a body of {_TRIED_ELLIPSOIDS} ellipsoids overlaps the masks by {after:.2f} on average "
+        f"(intersection over union) instead of {before:.2f}"
     )
 
 

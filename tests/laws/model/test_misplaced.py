@@ -1,5 +1,6 @@
 """Images that do not belong to their poses are noticed, and hard captures are not blamed."""
 
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, DrawnEllipsoid
 from servoid.camera import Camera
 from servoid.capture import View, open_capture
+from servoid.errors import ModelError
 from servoid.model import fit, fit_capture
 from servoid.pose import Pose
 
@@ -73,6 +75,30 @@ FAULTS: dict[str, tuple[Callable[[int], list[int]], str]] = {
     "one line early": (lambda count: [(index + 1) % count for index in range(count)], NEXT),
     "reversed": (lambda count: list(range(count))[::-1], REVERSED),
 }
+
+
+CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
+CONVENTIONS: dict[str, tuple[Callable[[Pose], Pose], str]] = {
+    "inverted": (Pose.inverse, "the poses look like camera_from_world: invert them; then a body"),
+    "y up": (lambda pose: pose @ CV_FROM_GL, "with y up and z backwards, as in OpenGL .*; then a"),
+}
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_poses_of_another_convention_are_told_and_the_convention_is_named(
+    convention: str, seed: int
+) -> None:
+    turned, words = CONVENTIONS[convention]
+    views = [
+        View(camera=one.camera, world_from_camera=turned(one.world_from_camera), mask=one.mask)
+        for one in roughened(seen(toy(seed)), seed)
+    ]
+    try:
+        told = notes_of(views)
+    except ModelError as error:  # such cameras may see no common point
+        told = str(error)
+    assert re.search(words, told)
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -76,7 +76,9 @@ impl Ball {
     fn units(&self, vectors: &Vectors) -> Vectors {
         let mut out = [[0.0; TOGETHER]; 3];
         for (i, out) in out.iter_mut().enumerate() {
-            let [x, y, z] = [0, 1, 2].map(|j| self.inverse[(i, j)]);
+            // Not by `map`, which is compiled as a function of its own, without these instructions.
+            let of = |j| self.inverse[(i, j)];
+            let (x, y, z) = (of(0), of(1), of(2));
             for (at, out) in out.iter_mut().enumerate() {
                 *out = x * vectors[0][at] + y * vectors[1][at] + z * vectors[2][at];
             }

@@ -1,3 +1,5 @@
+use std::borrow::Cow;
+
 use numpy::{
     PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
@@ -47,7 +49,10 @@ fn read_texture(texture: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<core::Texture>
     let &[height, width, 3] = texture.shape() else {
         return Err(wrong_shape("texture", "(H, W, 3)", texture.shape()));
     };
-    let bytes: Vec<u8> = texture.as_array().iter().copied().collect();
+    let bytes = match texture.as_slice() {
+        Ok(all) => Cow::Borrowed(all),
+        Err(_) => texture.as_array().iter().copied().collect(),
+    };
     core::Texture::new(&bytes, [width, height]).map_err(raise)
 }
 

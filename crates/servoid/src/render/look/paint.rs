@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use wide::f32x4;
 
 use super::light::linear;
@@ -12,8 +14,8 @@ pub struct Texture {
     /// Entries per row.
     pitch: usize,
     // Linear, with one row or column of the opposite side beyond each edge; the fourth number fills
-    // a vector register.
-    texels: Vec<f32x4>,
+    // a vector register. Paints are copied, and share them.
+    texels: Arc<[f32x4]>,
 }
 
 impl Texture {
@@ -30,14 +32,17 @@ impl Texture {
             let max = Self::MAX_SIDE_PX;
             return Err(RenderError::Texture { width, height, given: bytes.len(), max });
         }
-        let texel = |u: usize, v: usize| {
-            let at = 3 * ((v + height - 1) % height * width + (u + width - 1) % width);
-            let [r, g, b] = linear([bytes[at], bytes[at + 1], bytes[at + 2]]);
-            f32x4::new([r, g, b, 0.0])
-        };
-        let pitch = width + 2;
-        let rows = (0..height + 2).flat_map(|v| (0..pitch).map(move |u| (u, v)));
-        let texels = rows.map(|(u, v)| texel(u, v)).collect();
+        let (across, pitch) = (3 * width, width + 2);
+        let mut texels = Vec::with_capacity(pitch * (height + 2));
+        for v in 0..height + 2 {
+            let row = &bytes[(v + height - 1) % height * across..][..across];
+            let (first, last) = (&row[..3], &row[across - 3..]);
+            for pixel in [last].into_iter().chain(row.chunks_exact(3)).chain([first]) {
+                let [r, g, b] = linear([pixel[0], pixel[1], pixel[2]]);
+                texels.push(f32x4::new([r, g, b, 0.0]));
+            }
+        }
+        let texels = texels.into();
         Ok(Self { size: [width as f32, height as f32], pitch, texels })
     }
 

@@ -5,6 +5,7 @@ The world's z points up; the arm is at the origin and looks along -x.
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -49,6 +50,7 @@ _WORDS = (
     "open",
 )
 _PACKAGES = 6  # number of prints that the things share
+_KEPT = 4  # rooms that are kept for other worlds, of 6 MB each
 
 
 def make_room(background: str, seed: int) -> tuple[Visual, ...]:
@@ -69,6 +71,7 @@ def _plain(seed: int) -> tuple[Visual, ...]:
     return _walls(Finish(color=(0.50, 0.50, 0.51)), wall)
 
 
+@lru_cache(maxsize=_KEPT)
 def _cluttered(seed: int) -> tuple[Visual, ...]:
     random = np.random.default_rng([seed, 7])
     floor = Finish(texture=_planks(), repeat=(5.0, 5.0), gloss=0.08)

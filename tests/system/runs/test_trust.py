@@ -1,6 +1,7 @@
 """Nothing wrong is trusted twice in a row, however objects turn, hide and leap."""
 
 from collections.abc import Sequence
+from functools import cache
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,7 +25,7 @@ from scenes_trust import (
 from scipy.stats import chi2
 from tiers import tiered
 from trust_scenes import COURSES, FULL, MESHES, SMALL, write_course
-from trust_verdicts import stretches, verdicts
+from trust_verdicts import Verdicts, stretches, verdicts
 
 from servoid.pose import Pose
 
@@ -50,6 +51,12 @@ class Draw(Protocol):
     def __call__(self, name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path: ...
 
 
+class Track(Protocol):
+    def __call__(
+        self, name: str, how: str, seed: int, size_px: tuple[int, int] = SMALL
+    ) -> Verdicts: ...
+
+
 @pytest.fixture(scope="module")
 def course(drawn: Drawn, tmp_path_factory: pytest.TempPathFactory) -> Draw:
     """Draw a course once for all tests."""
@@ -66,15 +73,26 @@ def course(drawn: Drawn, tmp_path_factory: pytest.TempPathFactory) -> Draw:
     return draw
 
 
+@pytest.fixture(scope="module")
+def tracked(course: Draw) -> Track:
+    """Track a course once, for all laws of its track."""
+
+    @cache
+    def track(name: str, how: str, seed: int, size_px: tuple[int, int] = SMALL) -> Verdicts:
+        return followed(name, how, seed, course(name, seed, size_px))
+
+    return track
+
+
 @pytest.mark.parametrize(
     ("name", "how", "seed"),
     tiered([*QUICK, *(one for one in LATE if one not in QUICK)], len(QUICK)),
 )
 def test_nothing_wrong_is_trusted_twice_in_a_row(
-    name: str, how: str, seed: int, course: Draw
+    name: str, how: str, seed: int, tracked: Track
 ) -> None:
     one = TRUSTED[name, how]
-    found = followed(name, how, seed, course(name, seed))
+    found = tracked(name, how, seed)
     figures = trust_figures(found)
     failing = seed in table()[one.name, "wrong in a row"].failing
     if failing and trusts_twice(figures):
@@ -86,16 +104,18 @@ def test_nothing_wrong_is_trusted_twice_in_a_row(
 
 
 @pytest.mark.parametrize("seed", tiered(range(4), 2))
-def test_a_plain_object_sways_as_its_outline_tells_not_its_shading(seed: int, course: Draw) -> None:
-    found = followed("plain", KNOWN, seed, course("plain", seed))
+def test_a_plain_object_sways_as_its_outline_tells_not_its_shading(
+    seed: int, tracked: Track
+) -> None:
+    found = tracked("plain", KNOWN, seed)
     assert plain_sway.beyond(off_figures(found)) == []
 
 
 @pytest.mark.parametrize("seed", tiered(range(1, 6, 2), 1))
 def test_the_outline_of_a_known_shape_tells_its_turn_where_nothing_is_printed(
-    seed: int, course: Draw
+    seed: int, tracked: Track
 ) -> None:
-    found = followed("plain", KNOWN, seed, course("plain", seed))
+    found = tracked("plain", KNOWN, seed)
     told = found.tracking
     assert told.mean() >= 0.3 and not found.trusted_wrong.any()  # 0.41 to 0.47 was measured
     assert np.degrees(found.turn[told].max()) < 10.0  # 2.2 to 5.1
@@ -105,35 +125,35 @@ def test_the_outline_of_a_known_shape_tells_its_turn_where_nothing_is_printed(
 
 @pytest.mark.parametrize(("how", "size_px", "seed"), tiered(SPINS, 1))
 def test_nothing_tells_the_spin_of_a_plain_skittle(
-    how: str, size_px: tuple[int, int], seed: int, course: Draw
+    how: str, size_px: tuple[int, int], seed: int, tracked: Track
 ) -> None:
-    found = followed("skittle", how, seed, course("skittle", seed, size_px))
+    found = tracked("skittle", how, seed, size_px)
     assert not found.trusted_wrong.any() and found.tracking.mean() <= 0.1
 
 
 @pytest.mark.parametrize(("how", "seed"), tiered(list(product((KNOWN, LOOKED_AT), (2, 3, 1))), 1))
 def test_the_spin_of_a_bottle_is_not_told_where_its_label_turned_away(
-    how: str, seed: int, course: Draw
+    how: str, seed: int, tracked: Track
 ) -> None:
-    found = followed("labelled bottle", how, seed, course("labelled bottle", seed, FULL))
+    found = tracked("labelled bottle", how, seed, FULL)
     assert not found.trusted_wrong.any()
     assert found.tracking[:25].all()  # it turns by 99 degrees until then
 
 
 @pytest.mark.extended
-def test_the_spin_of_a_bottle_is_told_again_once_its_label_is_back(course: Draw) -> None:
-    found = followed("labelled bottle", KNOWN, 1, course("labelled bottle", 1, FULL))
+def test_the_spin_of_a_bottle_is_told_again_once_its_label_is_back(tracked: Track) -> None:
+    found = tracked("labelled bottle", KNOWN, 1, FULL)
     assert not found.tracking[35:60].any()  # the label is away
     assert found.tracking[60:].sum() >= 5  # 19 were measured
 
 
 @pytest.mark.parametrize("seed", tiered((2, 3, 8), 1))
 def test_the_shading_of_a_smooth_toy_is_no_pattern_by_which_its_turn_is_trusted(
-    seed: int, course: Draw
+    seed: int, tracked: Track
 ) -> None:
     if not MESHES.is_dir():
         pytest.skip("the meshes lie beside the repository, and not here")
-    found = followed("toys", LOOKED_AT, seed, course("toys", seed))
+    found = tracked("toys", LOOKED_AT, seed)
     assert found.longest_wrong <= 1
 
 

@@ -18,6 +18,7 @@ from servoid.sim.world import (
     World,
     WorldSettings,
 )
+from servoid.sim.world.arms import kinematics
 
 CAMERAS = CameraSettings(size_px=(64, 48), samples=1, moments=1)
 
@@ -67,6 +68,21 @@ def test_the_hand_is_where_the_denavit_hartenberg_parameters_put_it(links: str) 
         angles = random_angles(world, seed)
         found = world.arm.world_from_hand(angles).matrix()
         assert np.abs(found - by_denavit_hartenberg(angles, links)).max() < 1e-12
+
+
+def test_a_start_that_was_sought_before_is_that_of_the_same_arm_and_pose_to_the_bit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def starts() -> list[bytes]:
+        given = ({}, {"links": "jsi"}, {"world_from_hand": (1.0, 0, 0, 0, -0.5, 0.1, 0.7)})
+        arms = [make_world(arm=ArmSettings(**one)).arm for one in given]
+        return [arm.state().positions.tobytes() for arm in arms]
+
+    monkeypatch.setattr(kinematics, "_kept", {})
+    sought = starts()
+    monkeypatch.setattr(kinematics, "_TRIES", 0)
+    assert starts() == sought
+    assert len(set(sought)) == 3
 
 
 @pytest.mark.parametrize("links", ["openbionics", "jsi"])

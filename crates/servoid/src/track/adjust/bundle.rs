@@ -113,9 +113,6 @@ impl ByMotion {
 /// Most steps; the same where distances come from motion alone; and the relative decrease of the
 /// cost below which the steps end.
 const STEPS: (usize, usize) = (5, 12);
-/// Factors of the standard deviations of guessed distances and of the tracked motions between
-/// keyframes, by which nothing but the sightings decides.
-const UNSURE: (f64, f64) = (10.0, 5.0);
 const CONVERGED: f64 = 3e-3;
 /// Standard deviations from which on the cost of an observation is linear instead of quadratic.
 const HUBER: f64 = 2.0;
@@ -123,14 +120,17 @@ const HUBER: f64 = 2.0;
 const LEAST_LANDMARKS: i32 = 20;
 /// Initial damping, and its factors after a step that lowers the cost and after one that does not.
 const DAMPING: (f64, f64, f64) = (1e-4, 0.2, 10.0);
+/// Factors of the standard deviations of guessed distances and of the tracked motions between
+/// keyframes, by which nothing but the sightings decides.
+const UNSURE: (f64, f64) = (10.0, 5.0);
 
 impl Bundle {
     /// Adjusts keyframes and landmarks; returns none if the keyframes are not connected.
     pub(crate) fn adjusted(&self) -> Option<Solution> {
         let mut found = self.fitted(self.landmarks.iter().any(|one| one.is_from_motion))?;
         let guesses = self.landmarks.iter().filter(|one| one.is_guess).count();
-        let decide = self.is_guess && 2 * guesses > self.landmarks.len();
-        if let Some(by_motion) = decide.then(|| found.bundle.by_motion()).flatten() {
+        let decides = self.is_guess && 2 * guesses > self.landmarks.len();
+        if let Some(by_motion) = decides.then(|| found.bundle.by_motion()).flatten() {
             found.by_motion = by_motion.into_iter().map(Some).collect();
         }
         Some(found)

@@ -69,62 +69,10 @@ const ENOUGH: f64 = 20.0;
 /// itself.
 pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &mut Workspace) -> Quality {
     let reference = inputs.reference;
-    let (mut seen, mut expected, mut shown, mut hidden) = (0.0, 0.0, 0.0, 0.0);
-    let (mut textured, mut printed, mut fine, mut turning) = (0.0, 0.0, 0.0, 0.0);
-    let weakest = WeakestTurn::of(&found.normal.outline.0, inputs.solid.radius);
-    let brightness = brightness(&workspace.matches);
-    for Match { view, agreement, pixel, level, turns, .. } in &mut workspace.matches {
-        let feature = &inputs.points.features[view.point];
-        let hit_rate = f64::from(feature.hit_rate());
-        let correlation = agreement.map_or(0.0, |a| a.correlation);
-        let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
-        expected += hit_rate;
-        seen += worth;
-        let window = &inputs.windows[view.camera];
-        let shows = |agreement| window.shows_texture(&agreement);
-        if agreement.is_some_and(shows) {
-            textured += worth;
-        }
-        let is_fine = |found: Agreement| {
-            let radius_px = found.slope.row(0).norm() * inputs.solid.radius;
-            found.tensor.trace() * radius_px >= FINE
-        };
-        if agreement.is_some_and(is_fine) {
-            fine += worth;
-        }
-        let light = window.light.max(brightness);
-        *turns = agreement.is_some_and(|found| match weakest {
-            Some(turn) => {
-                let at = &feature.point.position;
-                turn.is_shown_by((&found, *level), at, (window.noise, light))
-            }
-            // Without an outline all rotations are shown by print alone.
-            None => shows(found),
-        });
-        if *turns || feature.shows_turns() {
-            turning += worth;
-        }
-        if feature.is_printed() || agreement.is_some_and(shows) {
-            printed += worth;
-        }
-        if let Some(pixel) = pixel {
-            let hides = workspace.occlusion.hides(view.camera, pixel);
-            shown += worth * (1.0 - hides);
-            hidden += (hit_rate - worth) * hides;
-        }
-    }
-    let recognised = seen;
-    let believed = (shown / ENOUGH).min(1.0);
-    let excused = hidden * believed;
-    let (mut sum, mut area) = (0.0, 0.0);
-    for window in inputs.windows {
-        if let Some(projection) = window.projection(&found.pose) {
-            let (score, pixels) = window.region(&projection, inputs.solid);
-            sum += score;
-            area += pixels;
-        }
-    }
-    let ratio = if area > 0.0 { sum / area } else { 0.0 };
+    let points = Points::count(inputs, found, workspace);
+    let believed = (points.shown / ENOUGH).min(1.0);
+    let excused = points.hidden * believed;
+    let (ratio, area) = region(inputs, found);
     // What less than one line measures is taken from the reference.
     let (agreed, lines) = found.outline;
     let open = (1.0 - lines).max(0.0);
@@ -133,6 +81,7 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &mut Wor
     let (shows, left) =
         workspace.occlusion.clear().filter(|(_, left)| *left < 1.0).unwrap_or((ratio, 1.0));
     let clear_ratio = ratio + believed * (shows - ratio);
+    let (mut seen, mut expected) = (points.recognised, points.expected);
     if inputs.colors.is_some() && reference.ratio > 0.0 && area > 0.0 {
         let weight = REGION_POINTS * reference.ratio.min(1.0) * (1.0 + believed * (left - 1.0));
         expected += weight;
@@ -142,12 +91,11 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &mut Wor
         seen += weight * inside.min(around);
     }
     let part = |all: f64| if all > 0.0 { (seen / all).min(1.0) } else { 0.0 };
-    let (visible, share) = (part(expected), part(expected - excused));
-    let support = 2.0 * seen - (expected - excused);
+    let Points { recognised, textured, printed, fine, turning, .. } = points;
     Quality {
-        visible,
-        share,
-        support,
+        visible: part(expected),
+        share: part(expected - excused),
+        support: 2.0 * seen - (expected - excused),
         recognised,
         textured,
         printed,
@@ -156,6 +104,78 @@ pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &mut Wor
         ratio,
         outline,
     }
+}
+
+/// The surface points in view at a pose, each by how often it was recognised when in view.
+#[derive(Default)]
+struct Points {
+    expected: f64,
+    /// Those that are seen, and of these the numbers that `Quality` has.
+    recognised: f64,
+    textured: f64,
+    printed: f64,
+    fine: f64,
+    turning: f64,
+    /// Those that are seen where nothing hides them, and those missed where something does.
+    shown: f64,
+    hidden: f64,
+}
+
+impl Points {
+    /// Counts the matches of a pose, and notes which show the rotation that the outline shows least.
+    fn count(inputs: &Inputs<'_>, found: &Evaluated, workspace: &mut Workspace) -> Self {
+        let mut out = Self::default();
+        let weakest = WeakestTurn::of(&found.normal.outline.0, inputs.solid.radius);
+        let brightness = brightness(&workspace.matches);
+        for one in &mut workspace.matches {
+            let feature = &inputs.points.features[one.view.point];
+            let window = &inputs.windows[one.view.camera];
+            let agreement = one.agreement;
+            let hit_rate = f64::from(feature.hit_rate());
+            let correlation = agreement.map_or(0.0, |a| a.correlation);
+            let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
+            let is_textured = agreement.is_some_and(|found| window.shows_texture(&found));
+            let is_fine = |found: Agreement| {
+                let radius_px = found.slope.row(0).norm() * inputs.solid.radius;
+                found.tensor.trace() * radius_px >= FINE
+            };
+            let light = window.light.max(brightness);
+            one.turns = agreement.is_some_and(|found| match weakest {
+                Some(turn) => {
+                    let at = &feature.point.position;
+                    turn.is_shown_by((&found, one.level), at, (window.noise, light))
+                }
+                // Without an outline all rotations are shown by print alone.
+                None => is_textured,
+            });
+            let worth_if = |holds: bool| if holds { worth } else { 0.0 };
+            out.expected += hit_rate;
+            out.recognised += worth;
+            out.textured += worth_if(is_textured);
+            out.printed += worth_if(is_textured || feature.is_printed());
+            out.fine += worth_if(agreement.is_some_and(is_fine));
+            out.turning += worth_if(one.turns || feature.shows_turns());
+            if let Some(pixel) = &one.pixel {
+                let hides = workspace.occlusion.hides(one.view.camera, pixel);
+                out.shown += worth * (1.0 - hides);
+                out.hidden += (hit_rate - worth) * hides;
+            }
+        }
+        out
+    }
+}
+
+/// Returns the mean log-likelihood ratio of the pixels inside the outline, and their number.
+fn region(inputs: &Inputs<'_>, found: &Evaluated) -> (f64, f64) {
+    let (mut sum, mut area) = (0.0, 0.0);
+    for window in inputs.windows {
+        if let Some(projection) = window.projection(&found.pose) {
+            let (score, pixels) = window.region(&projection, inputs.solid);
+            sum += score;
+            area += pixels;
+        }
+    }
+    (if area > 0.0 { sum / area } else { 0.0 }, area)
 }
 
 /// Returns the mean brightness of the points that are recognised, in grey levels.

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from servoid.capture import Capture, CaptureView, shrunk
 from servoid.errors import TargetError
-from servoid.segment import Depth, HueTarget, Target, find_with_doubts, undoubted
+from servoid.model.seen_depth import seen_depth
+from servoid.segment import HueTarget, Target, find_with_doubts, undoubted
 from servoid.words import counted
 
 
@@ -49,7 +50,7 @@ def mark(
     for target in targets:
         for view in _meant(target, views):
             try:
-                marked[view.name] = _found(target, view, notes, trusted=trusted)
+                marked[view.name] = _found(target, view, views, notes, trusted=trusted)
             except TargetError:
                 # A hue window may match nothing in some of the views, but not in all.
                 if not isinstance(target, HueTarget) or target.view is not None:
@@ -76,11 +77,17 @@ def mark(
     )
 
 
-def _found(target: Target, view: CaptureView, notes: list[str], *, trusted: bool) -> CaptureView:
+def _found(
+    target: Target,
+    view: CaptureView,
+    views: Sequence[CaptureView],
+    notes: list[str],
+    *,
+    trusted: bool,
+) -> CaptureView:
     """Return a view with the mask that a target finds in its recorded image."""
-    image, metres = view.recorded_image(), view.recorded_depth()
-    depth = None if metres is None else Depth(metres, view.lens.focal_px[0])
-    found = find_with_doubts(target, image, depth)
+    image = view.recorded_image()
+    found = find_with_doubts(target, image, seen_depth(target, view, image, views))
     if not trusted:
         undoubted(found, target, image)
     elif found.doubt is not None:

@@ -27,24 +27,32 @@ class Answers:
     """The masks for a target and for the same target moved by `HAND_PX`, in the small image.
 
     `mask` is the consensus of the answers; `masks` are the answers. `clearness` is the overlap of
-    all candidate cuts with the consensus, from 0 to 1, weighted by their scores.
+    all candidate cuts with the consensus, from 0 to 1, weighted by their scores. Unless it
+    `has_rough_border`, the border of `mask` is not cut again by the colours of the whole image.
     """
 
     window: Window
     mask: Mask
     masks: tuple[Mask, ...]
     clearness: float = 1.0
+    has_rough_border: bool = True
 
     @classmethod
     def of(
-        cls, window: Window, masks: Sequence[Mask], weighed: Sequence[tuple[float, Mask]] = ()
+        cls,
+        window: Window,
+        masks: Sequence[Mask],
+        weighed: Sequence[tuple[float, Mask]] = (),
+        *,
+        has_rough_border: bool = True,
     ) -> "Answers":
         """Combine answers; `weighed` are all candidate cuts, with their scores."""
         votes = np.sum([mask != 0 for mask in masks], axis=0)
         mask = np.where(2 * votes > len(masks), 255, 0).astype(np.uint8)
         worth = sum(worth for worth, _ in weighed)
         shared = sum(worth * overlap(one, mask) for worth, one in weighed)
-        return cls(window, mask, tuple(masks), shared / worth if worth > 0.0 else 1.0)
+        clearness = shared / worth if worth > 0.0 else 1.0
+        return cls(window, mask, tuple(masks), clearness, has_rough_border)
 
     @property
     def steadiness(self) -> float:
@@ -56,6 +64,8 @@ class Answers:
         import cv2
 
         rough = refine_border(image, self.window, self.mask)
+        if not self.has_rough_border:
+            return rough
         width = self.window.columns.stop - self.window.columns.start
         reach = 2 * round(max(1.0, _COARSE * width / self.window.small_px[0])) + 1
         kernel = np.ones((reach, reach), np.uint8)

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from servoid.camera.smoothing import gaussian
 from servoid.pose import exact
 from servoid.segment.answers import HAND_PX, Answers
+from servoid.segment.doubts import Depth, far_sides
+from servoid.segment.layers import SmallDepth, cut_by_depth
 from servoid.segment.segment import CERTAIN, MAYBE, MAYBE_NOT, NOT, Image, Mask, Window, cut
 from servoid.segment.worth import border_on_edges, colors_agree, edges_of, log_ratio, solidity
 
@@ -46,15 +48,25 @@ def pixels_in(box: Corners, shape: tuple[int, ...]) -> Mask:
     return np.where(inside, 255, 0).astype(np.uint8)
 
 
-def grow_from_box(image: Image, box: Corners) -> Answers:
+def window_around(box: Corners, shape: tuple[int, ...]) -> Window:
+    """Return the part of an image of a shape (H, W, ...) that is examined for a box."""
+    return Window.around(pixels_in(larger(larger(box)), shape), _SIDE_PX, _MARGIN)
+
+
+def grow_from_box(image: Image, box: Corners, depth: Depth | None = None) -> Answers:
     """Find the object in a box, and in copies of the box moved by a hand's error; may be empty.
 
-    The object may extend beyond a box by a hand's error. Of the cuts in a box, the best fills the
+    The object may extend beyond a box by a hand's error. Where depth separates one layer in each
+    box from all around it, this is the object. Otherwise, of the cuts in a box, the best fills the
     box, has its border on edges, has colours that are rare around it, and is compact.
     """
     boxes = [_moved(box, by) for by in _MOVES]
-    window = Window.around(pixels_in(larger(boxes[1]), image.shape), _SIDE_PX, _MARGIN)
+    window = window_around(box, image.shape)
     small = window.small(image)
+    if depth is not None:
+        layered = _by_depth(small, window, boxes, image.shape, depth)
+        if layered is not None:
+            return layered
     edges = edges_of(small)
     chosen: list[Mask] = []
     weighed: list[tuple[float, Mask]] = []
@@ -69,6 +81,26 @@ def grow_from_box(image: Image, box: Corners) -> Answers:
         chosen.append(cuts[best] if worths[best] > 0.0 else np.zeros_like(cuts[best]))
         weighed += zip(worths, cuts, strict=True)
     return Answers.of(window, chosen or [np.zeros(small.shape[:2], np.uint8)], weighed)
+
+
+def _by_depth(
+    small: Image, window: Window, boxes: list[Corners], shape: tuple[int, ...], depth: Depth
+) -> Answers | None:
+    """Return the layers that depth separates in boxes, the first of which the user drew."""
+    offers = [_Offer.of(one, window, shape) for one in boxes]
+    seen = SmallDepth.of(depth, window)
+    masks = [
+        mask
+        for offer in offers
+        if offer is not None
+        and (mask := cut_by_depth(small, seen, offer.drawn, offer.possible)) is not None
+    ]
+    if len(masks) < len(boxes):
+        return None
+    answers = Answers.of(window, masks, has_rough_border=False)
+    mask = window.full(answers.mask, shape)
+    # A layer that does not fill the box may be a part of the object, or something before it.
+    return answers if mask.any() and not far_sides(mask, boxes[0]) else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -76,8 +76,13 @@ def parted_by_depth(mask: Mask, depth: Depth) -> Parting | None:
     return Parting(near, far, gap, width) if gap > _GAP * width else None
 
 
-def far_sides(mask: Mask, box: tuple[float, float, float, float]) -> list[str]:
-    """Return the sides of a box (left, top, right, bottom) that a mask does not come near."""
+def far_sides(
+    mask: Mask, box: tuple[float, float, float, float], most: float = _FAR_SIDE
+) -> list[str]:
+    """Return the sides of a box (left, top, right, bottom) that a mask does not come near.
+
+    It is near with a gap of at most a share `most` of the box's width or height.
+    """
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     height, width = mask.shape
     left, top = max(box[0], 0.0), max(box[1], 0.0)
@@ -88,7 +93,7 @@ def far_sides(mask: Mask, box: tuple[float, float, float, float]) -> list[str]:
         "right": (right - columns[-1]) / (right - left + 1.0),
         "bottom": (bottom - rows[-1]) / (bottom - top + 1.0),
     }
-    return [side for side, gap in gaps.items() if gap > _FAR_SIDE]
+    return [side for side, gap in gaps.items() if gap > most]
 
 
 def thickness_left(mask: Mask) -> float:

@@ -52,7 +52,7 @@ def find_object(
         target: a mask, a box, a click, a hue window or an image of the empty background; the caller
             chooses the view that it is meant for.
         image: (H, W, 3) uint8, RGB.
-        depth: a depth image in the same pixels, if there is one.
+        depth: a depth image in the same pixels, if there is one; NaN or 0 where it is unknown.
         trusted: use the most likely mask, even if another object may be meant.
 
     Raises:
@@ -93,7 +93,7 @@ def find_with_doubts(target: Target, image: Image, depth: Depth | None = None) -
                 f"the depth image has the shape {depth.metres.shape}, the image "
                 f"{image.shape[:2]}; give depth in the pixels of the image"
             )
-        found = _find(target, image)
+        found = _find(target, image, depth)
         if not found.mask.any():
             raise TargetError(_nothing_found(target, image))
         if found.mask.all():
@@ -126,7 +126,7 @@ _DOUBT_REMEDIES: dict[type, str] = {
 }
 
 
-def _find(target: Target, image: Image) -> Found:
+def _find(target: Target, image: Image, depth: Depth | None) -> Found:
     size_px = image.shape[1], image.shape[0]
     match target:
         case MaskTarget(path=path):
@@ -136,7 +136,7 @@ def _find(target: Target, image: Image) -> Found:
         case HueTarget():
             return _alone(hue_part(image, target))
         case BoxTarget():
-            return _in_box(image, target)
+            return _in_box(image, target, depth)
         case ClickTarget():
             return _at_click(image, target)
 
@@ -156,10 +156,10 @@ def _drawn(mask: Mask) -> Found:
     )
 
 
-def _in_box(image: Image, target: BoxTarget) -> Found:
+def _in_box(image: Image, target: BoxTarget, depth: Depth | None) -> Found:
     box = (target.u0, target.v0, target.u1, target.v1)
     _check_box(pixels_in(box, image.shape))
-    answers = grow_from_box(image, box)
+    answers = grow_from_box(image, box, depth)
     mask = answers.sharp(image)
     mask[pixels_in(larger(box), image.shape) == 0] = 0
     found, beyond = _found(image, mask, answers, "a box moved"), _beyond(box, image)

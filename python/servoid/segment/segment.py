@@ -148,7 +148,7 @@ def refine_border(image: Image, window: Window, small: Mask) -> Mask:
     inside = np.ascontiguousarray(mask[window.rows, window.columns])
     kernel = np.ones((reach, reach), np.uint8)
     near = np.asarray(cv2.dilate(inside, kernel)) != np.asarray(cv2.erode(inside, kernel))
-    maps = _color_lines(window.small(image).astype(np.float32) / 255.0, _share(small))
+    maps = color_lines(window.small(image).astype(np.float32) / 255.0, _share(small))
     lines = np.asarray(cv2.resize(maps, (width, height), interpolation=cv2.INTER_LINEAR))[near]
     soft = (lines[:, :3] * (part[near] / np.float32(255.0))).sum(axis=1) + lines[:, 3]
     inside[near] = np.where(soft > 0.5, 255, 0)
@@ -160,14 +160,18 @@ def _share(mask: Mask) -> NDArray[np.float32]:
     return (mask / 255.0).astype(np.float32)
 
 
-def _color_lines(
-    guide: NDArray[np.float32], values: NDArray[np.float32], smooth: float = 1e-4
+def color_lines(
+    guide: NDArray[np.float32],
+    values: NDArray[np.float32],
+    *,
+    side_px: int = 5,
+    smooth: float = 1e-4,
 ) -> NDArray[np.float32]:
-    """Fit values by a linear function of colour in each 5x5 square: (H, W, 4) slopes and offset."""
+    """Fit values by a linear function of colour in each square: (H, W, 4) slopes and offset."""
     import cv2
 
     def mean(pixels: NDArray[np.floating]) -> NDArray[np.float32]:
-        return np.asarray(cv2.blur(np.ascontiguousarray(pixels), (5, 5)), np.float32)
+        return np.asarray(cv2.blur(np.ascontiguousarray(pixels), (side_px, side_px)), np.float32)
 
     center, level = mean(guide), mean(values)
     pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]

@@ -14,6 +14,7 @@ from servoid.capture import CaptureView
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import OutputError, TargetError
+from servoid.model.seen_depth import seen_depth
 from servoid.opening import (
     GivenCalibration,
     any_cameras,
@@ -23,7 +24,8 @@ from servoid.opening import (
 )
 from servoid.output import check_file, write_whole
 from servoid.pick import Choice, PickServer, Question
-from servoid.segment import Depth, find_with_doubts
+from servoid.pick.asking import Mark
+from servoid.segment import Found, find_with_doubts
 from servoid.words import counted, digits
 
 
@@ -92,11 +94,15 @@ def _question(order: Order) -> Question:
     # Any lens will do, because the page shows the image as it was recorded.
     is_uncalibrated = not word.is_live and count_uncalibrated_cameras(word) > 0
     known = any_cameras(GivenCalibration()) if is_uncalibrated else GivenCalibration()
-    view = _view(open_recorded(word, known).capture.all_views(), order)
-    metres = view.recorded_depth()
-    depth = None if metres is None else Depth(metres, view.lens.focal_px[0])
+    views = open_recorded(word, known).capture.all_views()
+    view = _view(views, order)
     image = view.recorded_image()
-    return Question(view.name, image, lambda mark: find_with_doubts(mark, image, depth))
+    seen = [] if is_uncalibrated else views  # stereo needs the cameras' true poses
+
+    def seek(mark: Mark) -> Found:
+        return find_with_doubts(mark, image, seen_depth(mark, view, image, seen))
+
+    return Question(view.name, image, seek)
 
 
 def _view(views: list[CaptureView], order: Order) -> CaptureView:

@@ -19,6 +19,7 @@ from servoid.cli.scan.filming import (
     scan_first,
 )
 from servoid.cli.scan.scanning import ScanOrder
+from servoid.cli.source.lacking import Given, check_nothing_lacks
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.config.places import is_file
@@ -78,12 +79,17 @@ def run_model(order: Order) -> None:
     with of_options():
         targets = [parse_target(text) for text in order.targets]
         _check_settings(order)
+    word = parse_source(order.source)
     check_inputs_kept(
         [("--out", order.out), ("--report", order.report)],
-        parse_source(order.source),
+        word,
         [*files_of(targets), order.known.calibration],
     )
     filmed = needs_scan(order.source, order.known, order.scale, order.topics)
+    if not filmed and order.method is Method.region:
+        options = (*(("--target", text) for text in order.targets), ("--out", order.out))
+        given = Given(options=options, distance_m=order.distance, is_marked=bool(targets))
+        check_nothing_lacks("model", word, order.known, given)
     write_report = _report_writer() if order.report is not None else None
     scanned_s, source = 0.0, order.source
     if filmed:

@@ -13,6 +13,7 @@ from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.overwriting import Output, check_inputs_kept, files_of
 from servoid.cli.progress import progress_bar
 from servoid.cli.source.footage import Draw, Footage, LiveFootage, open_footage
+from servoid.cli.source.lacking import Given, check_nothing_lacks
 from servoid.cli.source.recorders import check_recorder
 from servoid.cli.track.subjects import body_path, read_subjects
 from servoid.cli.track.track_reporting import Reports, check_reports
@@ -86,6 +87,7 @@ def run_track(order: Order) -> None:
     _check_inputs_kept(order, subjects, word)
     order = replace(order, source=word.text)  # without a password
     _check_source(order, word)
+    check_nothing_lacks("track", word, order.known, _given(order, subjects))
     with open_footage(
         word,
         order.known,
@@ -197,6 +199,18 @@ def _check_source(order: Order, word: SourceWord) -> None:
     for option, value in (("--duration", order.duration), ("--record", order.record)):
         if value is not None:
             raise OptionError(f"{word} is recorded, so {option} does not apply; leave it out")
+
+
+def _given(order: Order, subjects: list[Subject]) -> Given:
+    named = {"--body": order.bodies, "--target": order.targets, "--start": order.starts}
+    return Given(
+        options=tuple((option, value) for option, values in named.items() for value in values),
+        distance_m=order.distance,
+        is_marked=all(
+            one.targets or one.start is not None or one.appearance is not None for one in subjects
+        ),
+        has_shape=all(one.body is not None for one in subjects),
+    )
 
 
 def _check_outputs(order: Order, subjects: list[Subject]) -> None:

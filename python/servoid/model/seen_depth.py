@@ -34,28 +34,37 @@ def seen_depth(
     metres = view.recorded_depth()
     if metres is not None:
         return Depth(metres, view.lens.focal_px[0])
-    if not isinstance(target, BoxTarget) or needs_object(view.lens):
+    if not isinstance(target, BoxTarget) or not _is_pinhole(view):
         return None
-    if view.ideal.maps().map_px is not None:
-        return None
-    box = (target.u0, target.v0, target.u1, target.v1)
-    inside = pixels_in(box, image.shape)
+    inside = pixels_in(target.corners, image.shape)
     if not inside.any() or inside.all():
         return None
-    window = window_around(box, image.shape)
+    window = window_around(target.corners, image.shape)
     region = np.zeros(image.shape[:2], np.uint8)
     region[window.rows, window.columns] = 255
     for twin in views:
-        if twin.index != view.index or twin.camera_name == view.camera_name:
-            continue
-        if needs_object(twin.lens):
-            continue
-        here_from_there = view.world_from_camera.inverse() @ twin.world_from_camera
-        try:
-            found = rough_depth(
-                image, twin.image(), view.camera, twin.camera, here_from_there, mask_a=region
-            )
-        except (CameraError, ImageError, TargetError):  # the object is marked by colours alone
-            continue
-        return Depth(found, view.lens.focal_px[0])
+        if twin.index == view.index and twin.camera_name != view.camera_name:
+            metres = _by_stereo(view, image, twin, region)
+            if metres is not None:
+                return Depth(metres, view.lens.focal_px[0])
     return None
+
+
+def _is_pinhole(view: CaptureView) -> bool:
+    """Return whether the recorded pixels of a view are those of its ideal pinhole camera."""
+    return not needs_object(view.lens) and view.ideal.maps().map_px is None
+
+
+def _by_stereo(
+    view: CaptureView, image: NDArray[np.uint8], twin: CaptureView, region: NDArray[np.uint8]
+) -> NDArray[np.float32] | None:
+    """Return the depth in a region of a view, NaN where unknown; None if it cannot be measured."""
+    if needs_object(twin.lens):
+        return None
+    here_from_there = view.world_from_camera.inverse() @ twin.world_from_camera
+    try:
+        return rough_depth(
+            image, twin.image(), view.camera, twin.camera, here_from_there, mask_a=region
+        )
+    except (CameraError, ImageError, TargetError):  # then colours alone find the object
+        return None

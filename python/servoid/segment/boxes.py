@@ -86,17 +86,18 @@ def grow_from_box(image: Image, box: Corners, depth: Depth | None = None) -> Ans
 def _by_depth(
     small: Image, window: Window, boxes: list[Corners], shape: tuple[int, ...], depth: Depth
 ) -> Answers | None:
-    """Return the layers that depth separates in boxes, the first of which the user drew."""
-    offers = [_Offer.of(one, window, shape) for one in boxes]
+    """Return the layers that depth separates in boxes, of which the user drew the first.
+
+    None if there is a box in which it separates none.
+    """
     seen = SmallDepth.of(depth, window)
-    masks = [
-        mask
-        for offer in offers
-        if offer is not None
-        and (mask := cut_by_depth(small, seen, offer.drawn, offer.possible)) is not None
-    ]
-    if len(masks) < len(boxes):
-        return None
+    masks: list[Mask] = []
+    for box in boxes:
+        offer = _Offer.of(box, window, shape)
+        mask = None if offer is None else cut_by_depth(small, seen, offer.drawn, offer.possible)
+        if mask is None:
+            return None
+        masks.append(mask)
     answers = Answers.of(window, masks, has_rough_border=False)
     mask = window.full(answers.mask, shape)
     # A layer that does not fill the box may be a part of the object, or something before it.

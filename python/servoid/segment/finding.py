@@ -157,7 +157,7 @@ def _drawn(mask: Mask) -> Found:
 
 
 def _in_box(image: Image, target: BoxTarget, depth: Depth | None) -> Found:
-    box = (target.u0, target.v0, target.u1, target.v1)
+    box = target.corners
     _check_box(pixels_in(box, image.shape))
     answers = grow_from_box(image, box, depth)
     mask = answers.sharp(image)

@@ -41,15 +41,20 @@ class BoxTarget:
     view: str | None = None
 
     def __post_init__(self) -> None:
-        corners = (self.u0, self.v0, self.u1, self.v1)
+        corners = self.corners
         if not all(map(math.isfinite, corners)) or self.u0 >= self.u1 or self.v0 >= self.v1:
             raise TargetError(
                 f"the box has the corners {_numbers(corners)}; write left, top, right, bottom in "
                 "pixels, with left < right and top < bottom, such as box:120,80,420,400"
             )
 
+    @property
+    def corners(self) -> tuple[float, float, float, float]:
+        """Return its left, top, right and bottom."""
+        return self.u0, self.v0, self.u1, self.v1
+
     def __str__(self) -> str:
-        return f"box:{_numbers((self.u0, self.v0, self.u1, self.v1))}{_at(self.view)}"
+        return f"box:{_numbers(self.corners)}{_at(self.view)}"
 
 
 @dataclass(frozen=True)

@@ -142,7 +142,7 @@ def test_sources_lists_what_there_is_within_eighty_columns(servoid_command: Comm
         (("track", "0", "--every", "2"), 2, "0 is live, .*; leave --every out"),
         (("track", "FILM", "--duration", "3"), 2, "is recorded, so --duration does not apply"),
         (("track", "FILM", "--record", "run"), 2, "is recorded, so --record does not apply"),
-        (("track", "FILM"), 1, "give --fov, .*; .* servoid scan estimates it"),
+        (("track", "FILM"), 1, "give --fov, .*; .* servoid scan estimates"),
         (("track", "FILM", "--fov", "180"), 2, "--fov is 180; give degrees above 0 and below 180"),
         (("track", "http://127.0.0.1:9/"), 1, "does not answer: connection refused"),
         (("track", "sim:nothing"), 1, "unknown object 'nothing'"),

@@ -54,7 +54,7 @@ def check_nothing_lacks(
     if word.kind not in _PLAIN:
         return
     cameras = count_uncalibrated_cameras(word)
-    lacking = [] if known.supplies_lens else [_FOV]
+    lacking: list[tuple[str, str]] = [] if known.supplies_lens else [_FOV]
     if cameras == 2 and known.baseline_m is None and known.calibration is None:
         lacking.append(_BASELINE)
     if not given.is_marked:

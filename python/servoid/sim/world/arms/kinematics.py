@@ -100,10 +100,10 @@ class Kinematics:
         """Return a hash of all on which the joint angles for a hand pose depend."""
         stored = np.zeros(self._mujoco.mj_sizeModel(self._model), np.uint8)
         self._mujoco.mj_saveModel(self._model, None, stored)
-        known = hashlib.sha256(stored)
+        known = hashlib.sha256(stored.tobytes())
         numbers = (self.places, self.joints.lower, self.joints.upper, world_from_hand.matrix())
         for array in (*numbers, np.array([self._hand, self._free.start, self._free.stop])):
-            known.update(np.ascontiguousarray(array))
+            known.update(np.asarray(array).tobytes())
         return known.digest()
 
     def _reached(self, world_from_hand: Pose, free: slice) -> Floats | None:

@@ -40,8 +40,8 @@ pub fn evolved(
     Ok(evolved_after(None, given, ellipsoids, settings)?.0)
 }
 
-/// Does the same after the last attempt to add an ellipsoid, unless the next one would be in vain as
-/// well; returns the last attempt of those so far, if it was.
+/// Does the same after a last attempt to add an ellipsoid that was in vain, if there was one, but
+/// makes no other that would be so, too; returns what is the last attempt in vain now.
 pub(crate) fn evolved_after(
     vain: Option<Attempt>,
     given: &ModelInput<'_>,

@@ -37,8 +37,9 @@ const MOST_COARSE_VOXELS: usize = 48;
 impl Scene {
     pub fn new(given: &ModelInput<'_>) -> Result<Self, ModelError> {
         let (world_from_scene, unit) = frame_and_unit(given)?;
-        let middle = Self::middle_in(given, &world_from_scene, unit)?;
-        Self::around(middle, given, world_from_scene, unit)
+        let prepared = Prepared::new(given, &world_from_scene, unit);
+        let [coarse, middle] = [COARSE, MIDDLE].map(|level| prepared.objective(level));
+        Ok(Self { world_from_scene, unit, coarse: coarse?, middle: middle? })
     }
 
     /// Prepares only what compares finalists, in a given frame and unit.
@@ -50,7 +51,7 @@ impl Scene {
         Prepared::new(given, world_from_scene, unit).objective(MIDDLE)
     }
 
-    /// Prepares the rest of a scene.
+    /// Prepares the rest of a scene in that frame and unit.
     pub fn around(
         middle: Objective,
         given: &ModelInput<'_>,

@@ -17,6 +17,7 @@ pub use ellipsoid::Ellipsoid;
 pub use grid::Grid;
 pub use mass::MassProperties;
 pub use mesh::Mesh;
+pub(crate) use outline::product;
 pub use outline::{Outline, Projection};
 pub use quadric::{Quadric, QuadricGradient};
 pub use rebuilt::Rebuilt;

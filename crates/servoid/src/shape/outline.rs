@@ -1,4 +1,4 @@
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2, Vector3};
 
 use super::{Quadric, QuadricGradient};
 use crate::camera::Camera;
@@ -180,13 +180,16 @@ impl Projection {
 
 type Row = [f64; 3];
 
-/// Multiplies matrices with the bits of the operator, which is not inlined and took a fifth of the
-/// time of a fit: an outline is computed for each ellipsoid of each hypothesis in each image.
+/// Multiplies matrices with the bits of the operator, which is not inlined and takes several times as
+/// long: a fifth of a fit, as an outline is computed for each ellipsoid in each image.
 #[inline(always)]
-fn product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
-    let mut out = Matrix3::zeros();
+pub(crate) fn product<const R: usize>(
+    a: &SMatrix<f64, R, 3>,
+    b: &Matrix3<f64>,
+) -> SMatrix<f64, R, 3> {
+    let mut out = SMatrix::zeros();
     for j in 0..3 {
-        for i in 0..3 {
+        for i in 0..R {
             out[(i, j)] = a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)];
         }
     }

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Vector3
 
 use super::bundle::{Bundle, Landmark, robust};
 use crate::pose::Pose;
+use crate::shape::product;
 use crate::track::target::points::by_motion;
 
 /// Relative regularisation of a landmark's curvature, for directions without any measurement.
@@ -216,20 +217,7 @@ impl Reduced {
     }
 }
 
-/// Returns a product of matrices. This and the next one are written out: they take most of the time,
-/// and the general product several times as long.
-fn product(left: &Matrix6x3<f64>, right: &Matrix3<f64>) -> Matrix6x3<f64> {
-    let mut out = Matrix6x3::zeros();
-    for j in 0..3 {
-        let by = right.column(j);
-        for i in 0..6 {
-            out[(i, j)] = left[(i, 0)] * by[0] + left[(i, 1)] * by[1] + left[(i, 2)] * by[2];
-        }
-    }
-    out
-}
-
-/// Subtracts the product of a matrix and a transposed one from a block.
+/// Subtracts the product of a matrix and a transposed one from a block; written out, like `product`.
 fn subtract_product(
     matrix: &mut DMatrix<f64>,
     (row, column): (usize, usize),

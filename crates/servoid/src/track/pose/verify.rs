@@ -63,10 +63,10 @@ const REGION_POINTS: f64 = 30.0;
 const ENOUGH: f64 = 20.0;
 
 /// Compares what should be visible at a pose with the images, and notes which points show the
-/// rotation that the outline shows least. What should be visible is the surface points in view, and the
-/// colours inside the outline and the boundary around it, the latter two relative to the reference.
-/// Hidden parts are excused as far as enough is recognised elsewhere: a wrong pose must not excuse
-/// itself.
+/// rotation that the outline shows least. What should be visible is the surface points in view, and
+/// the colours inside the outline and the boundary around it, the latter two relative to the
+/// reference. Hidden parts are excused as far as enough is recognised elsewhere: a wrong pose must not
+/// excuse itself.
 pub(crate) fn verify(inputs: &Inputs<'_>, found: &Evaluated, workspace: &mut Workspace) -> Quality {
     let reference = inputs.reference;
     let points = Points::count(inputs, found, workspace);

@@ -13,9 +13,8 @@ const EYES_APART: f64 = 0.2;
 impl Points {
     /// Returns the drift of the orientation by the points that agree with images, as a variance
     /// that at least half of them do not exceed; none if they are too few. Those that slide do not
-    /// count. `toward` is the
-    /// direction to the camera, and `slip` the variance by which points slip per radian of
-    /// rotation.
+    /// count. `toward` is the direction to the camera, and `slip` the variance by which points slip
+    /// per radian of rotation.
     pub(crate) fn drift_seen(
         &mut self,
         matches: &[Match],

@@ -14,7 +14,8 @@ use crate::track::tracker::Tracker;
 
 /// Motion of the outline per radian about the axis about which it moves least, compared with its
 /// motion per radius of translation, from which on it shows that rotation; the same of a body that
-/// several cameras saw from one side: a bottle's is never quite one of revolution, and reaches 0.042, or 0.1 once.
+/// several cameras saw from one side: a bottle's is never quite one of revolution, and reaches 0.042,
+/// or 0.1 once.
 const LEVER: f64 = 0.03;
 const LEVER_OF_ONE_LOOK: f64 = 0.06;
 /// Usual share, or the most so far, of the recognised points that show a rotation, from which on it

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 
 _WHOLE = re.compile(r"[+-]?[0-9]+")
 _NUMBER = re.compile(
@@ -69,6 +70,11 @@ def in_one_line(error: object) -> str:
 def counted(count: int, thing: str, things: str = "") -> str:
     """Format a count of things: `1 image`, `3 images`, `1 value was`, `2 values were`."""
     return f"{count} {thing if count == 1 else things or thing + 's'}"
+
+
+def joined(names: Sequence[str], last: str = "and") -> str:
+    """Join names as in a sentence: `left, top and right`."""
+    return f" {last} ".join((", ".join(names[:-1]), names[-1]) if len(names) > 1 else names)
 
 
 def camera_called(name: str) -> str:

@@ -9,6 +9,7 @@ from servoid.exchange.captures import bop, nerfstudio
 from servoid.exchange.opening import is_capture
 from servoid.exchange.shapes.mesh_file import SUFFIXES as MESH_SUFFIXES
 from servoid.opening.word import BAG_SUFFIXES, IMAGE_SUFFIXES, Kind, SourceWord
+from servoid.words import joined
 
 
 def check_openable(word: SourceWord) -> None:
@@ -29,9 +30,9 @@ def check_openable(word: SourceWord) -> None:
         )
     raise CaptureError(
         f"servoid cannot open {word}, by the ending of its name: videos end in "
-        f"{_listed(VIDEO_SUFFIXES)}, images in {_listed(IMAGE_SUFFIXES)}, bags in "
-        f"{_listed(BAG_SUFFIXES)}, captures in .toml or .json, meshes in "
-        f"{_listed(MESH_SUFFIXES)}; convert it to one of these, or correct its name"
+        f"{joined(VIDEO_SUFFIXES, 'or')}, images in {joined(IMAGE_SUFFIXES, 'or')}, bags in "
+        f"{joined(BAG_SUFFIXES, 'or')}, captures in .toml or .json, meshes in "
+        f"{joined(MESH_SUFFIXES, 'or')}; convert it to one of these, or correct its name"
     )
 
 
@@ -49,7 +50,3 @@ def _why_not_folder(folder: Path) -> str:
         f"capture.toml, no {nerfstudio.FILE_NAME}, no cameras.bin or cameras.txt of COLMAP in it, "
         f"in sparse or in sparse/0, no {bop.FILE_NAME}, no bag; {remedy}"
     )
-
-
-def _listed(suffixes: tuple[str, ...]) -> str:
-    return f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"

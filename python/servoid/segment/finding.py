@@ -1,6 +1,5 @@
 """Finds the object that a target means in its image."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +21,7 @@ from servoid.segment.target import (
     MaskTarget,
     Target,
 )
+from servoid.words import joined
 
 _LEAST_CHANGE = 10.0  # grey levels; noise of cameras and compression is smaller
 _DEEPEST_SHADOW = 0.45
@@ -213,14 +213,9 @@ def _beyond(box: Corners, image: Image) -> tuple[str, ...]:
     if not sides:
         return ()
     return (
-        f"the box extends beyond the image at its {_joined(sides)}: u is from 0 to {width - 1} "
+        f"the box extends beyond the image at its {joined(sides)}: u is from 0 to {width - 1} "
         f"and v from 0 to {height - 1}; check the numbers, and that the image was not resized",
     )
-
-
-def _joined(names: Sequence[str]) -> str:
-    """Join names as in a sentence: `left, top and right`."""
-    return " and ".join((", ".join(names[:-1]), names[-1]) if len(names) > 1 else names)
 
 
 def _far_away(mask: Mask, box: Corners) -> tuple[str, ...]:
@@ -228,7 +223,7 @@ def _far_away(mask: Mask, box: Corners) -> tuple[str, ...]:
     if not sides:
         return ()
     return (
-        f"the object that was found does not reach the {_joined(sides)} of its box; if a part of "
+        f"the object that was found does not reach the {joined(sides)} of its box; if a part of "
         "it is missing, draw the box closer around it",
     )
 

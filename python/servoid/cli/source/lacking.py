@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 from servoid.errors import CaptureError
 from servoid.opening import GivenCalibration, Kind, SourceWord, count_uncalibrated_cameras
-from servoid.words import digits
+from servoid.words import counted, digits
 
 _PLAIN = (Kind.VIDEO, Kind.VIDEOS, Kind.IMAGES)
-_COUNTS = ("nothing", "one thing", "two things", "three things", "four things")
 _FOV = (
     "--fov 65",
     "--fov, the angle of view from the left to the right border in degrees, or --calibration FILE",
@@ -67,8 +66,8 @@ def check_nothing_lacks(
     words = ["servoid", command, word.text, *_spelled(known, given)]
     line = " ".join([shlex.join(words), *(option for option, _ in lacking)])
     raise CaptureError(
-        f"{word}: {_COUNTS[len(lacking)]} must be known that images alone do not tell; give "
-        f"{'; '.join(meanings)}; such as: {line}"
+        f"{word}: {counted(len(lacking), 'thing')} must be known that images alone do not tell; "
+        f"give {'; '.join(meanings)}; such as: {line}"
         + (
             "; if the camera moves around a static object, servoid scan estimates the calibration"
             if _FOV in lacking

@@ -13,7 +13,7 @@ from servoid.view.track.growth_picture import NAMED_SIDES, solids_of
 from servoid.view.track.sides import Sides, sides_of
 from servoid.view.track.timeline_plot import notice_times, state_of
 from servoid.view.track.turning import Cause, Turning, turning_of
-from servoid.words import counted, finite
+from servoid.words import counted, finite, joined
 
 # The minimum share of tracked observations for each word.
 _VERDICTS = (("Good", 0.95), ("Rough", 0.7), ("Poor", 0.0))
@@ -150,7 +150,7 @@ class TrackFigures:
         )
         if not unseen or len(unseen) == len(NAMED_SIDES):
             return f"{words}."
-        return f"{words}; no camera came within 45 degrees of its {_joined(unseen)}."
+        return f"{words}; no camera came within 45 degrees of its {joined(unseen)}."
 
     def _corrected_words(self) -> str:
         parts = []
@@ -187,7 +187,3 @@ class TrackFigures:
 
 def _often(cases: list[float]) -> str:
     return "once" if len(cases) == 1 else f"{len(cases)} times"
-
-
-def _joined(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

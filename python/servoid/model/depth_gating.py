@@ -4,10 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
-from servoid.errors import CameraError, TargetError
 from servoid.model.range_samples import RangeSamples
+from servoid.model.seen_depth import depth_by_stereo
 from servoid.pose import exact
-from servoid.stereo import rough_depth
 
 _MARGIN = 1.0  # around the samples, as a share of their width: an object is as deep as wide
 _LEAST_SHARE = 0.1  # of the nearest sample's depth, a lower bound for the margin
@@ -78,15 +77,7 @@ def _depth(
     depth = view.depth()
     if depth is not None:
         return np.where(depth > 0.0, depth, np.float32(np.nan)).astype(np.float32)
-    if twin is None:
-        return None
-    here_from_there = view.world_from_camera.inverse() @ twin.world_from_camera
-    try:
-        return rough_depth(
-            image, twin.image(), view.camera, twin.camera, here_from_there, mask_a=region
-        )
-    except (CameraError, TargetError):
-        return None
+    return None if twin is None else depth_by_stereo(view, image, twin, region)
 
 
 def _held(

@@ -55,16 +55,37 @@ def _is_pinhole(view: CaptureView) -> bool:
     return not needs_object(view.lens) and view.ideal.maps().map_px is None
 
 
-def _by_stereo(
+def depth_by_stereo(
     view: CaptureView, image: NDArray[np.uint8], twin: CaptureView, region: NDArray[np.uint8]
 ) -> NDArray[np.float32] | None:
-    """Return the depth in a region of a view, NaN where unknown; None if it cannot be measured."""
-    if needs_object(twin.lens):
-        return None
+    """Return the depth in a region of a view, NaN where unknown; None if it cannot be measured.
+
+    Args:
+        view: the view.
+        image: (H, W, 3) uint8, its image.
+        twin: another view of the same instant.
+        region: (H, W) uint8, non-zero in the pixels to measure.
+
+    Raises:
+        CaptureError, ImageError: the twin's image cannot be used.
+
+    """
     here_from_there = view.world_from_camera.inverse() @ twin.world_from_camera
     try:
         return rough_depth(
             image, twin.image(), view.camera, twin.camera, here_from_there, mask_a=region
         )
-    except (CameraError, ImageError, TargetError):  # then colours alone find the object
+    except (CameraError, TargetError):
+        return None
+
+
+def _by_stereo(
+    view: CaptureView, image: NDArray[np.uint8], twin: CaptureView, region: NDArray[np.uint8]
+) -> NDArray[np.float32] | None:
+    """Do the same without an error; None also if the twin's image needs the object's place."""
+    if needs_object(twin.lens):
+        return None
+    try:
+        return depth_by_stereo(view, image, twin, region)
+    except ImageError:  # then colours alone find the object
         return None

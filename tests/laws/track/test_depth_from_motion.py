@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from recordings_with_truth import recording_with_truth
-from trust_verdicts import verdicts
+from trust_verdicts import Verdicts, verdicts
 
 from servoid.model import Request as ModelRequest
 from servoid.model import fit_mesh
@@ -19,6 +19,14 @@ DISTANCE_M = 0.4146
 BOTTLE_M = 0.603
 DRILL_M = 0.64
 CUBE_M = 0.0845
+
+
+def verdicts_of_one_eye(name: str, request: Request) -> Verdicts:
+    """Track a recording's object by the first camera alone, and judge all poses."""
+    recording = recording_with_truth(name)
+    left = dataclasses.replace(recording.capture, cameras=recording.capture.cameras[:1])
+    tracked = list(track_capture(left, [Subject()], request)[0].tracked)
+    return verdicts(tracked, recording.truth, recording.vertices, scaled=True)
 
 
 def test_motion_tells_distances_from_the_start_only_where_it_is_asked_to() -> None:
@@ -44,22 +52,14 @@ def test_a_real_cube_is_followed_on_where_it_turns_and_not_trusted_where_it_is_w
 
 @pytest.mark.extended
 def test_one_eye_that_sees_a_bottle_turn_doubts_its_guess_of_how_deep_the_bottle_is() -> None:
-    recording = recording_with_truth("hard/bleach_turn")
-    left = dataclasses.replace(recording.capture, cameras=recording.capture.cameras[:1])
-    request = Request(distance_m=BOTTLE_M, seed=1)
-    tracked = list(track_capture(left, [Subject()], request)[0].tracked)
-    found = verdicts(tracked, recording.truth, recording.vertices, scaled=True)
+    found = verdicts_of_one_eye("hard/bleach_turn", Request(distance_m=BOTTLE_M, seed=1))
     # None with three seeds; 11 to 20 of 239 while the guess was believed.
     assert found.trusted_wrong.sum() == 0
 
 
 @pytest.mark.extended
 def test_one_eye_is_sure_of_a_turn_once_motion_alone_says_the_same() -> None:
-    recording = recording_with_truth("stereo/drill")
-    left = dataclasses.replace(recording.capture, cameras=recording.capture.cameras[:1])
-    request = Request(distance_m=DRILL_M, seed=0)
-    tracked = list(track_capture(left, [Subject()], request)[0].tracked)
-    found = verdicts(tracked, recording.truth, recording.vertices, scaled=True)
+    found = verdicts_of_one_eye("stereo/drill", Request(distance_m=DRILL_M, seed=0))
     assert found.trusted_wrong.sum() == 0
     # 0.93 to 0.99 with seeds 0 to 3; a tenth where only the angle turned counts.
     assert found.tracking.mean() > 0.8

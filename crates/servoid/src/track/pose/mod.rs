@@ -6,6 +6,7 @@ pub(super) mod guess;
 pub(super) mod hypothesis;
 pub(super) mod lines;
 pub(super) mod matching;
+pub(super) mod measurement;
 pub(super) mod refine;
 pub(super) mod search;
 pub(super) mod uncertainty;

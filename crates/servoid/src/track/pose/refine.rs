@@ -1,11 +1,12 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::guess::{Distance, Ray};
+use super::guess::Distance;
 use super::lines::add_lines;
 use super::matching::match_points;
+use super::measurement::{Measurement, outlying};
 use super::uncertainty::inverse;
 use crate::camera::Pyramid;
-use crate::fitness::{Agreement, ContourPoint, SurfacePoint, contour};
+use crate::fitness::{ContourPoint, contour};
 use crate::pose::{Pose, Twist};
 use crate::shape::Outline;
 use crate::track::frame::occlusion::{LastSeen, Occlusion};
@@ -13,9 +14,8 @@ use crate::track::inputs::Inputs;
 use crate::track::motion::Prior;
 use crate::track::target::bias::Information;
 use crate::track::target::contour_offsets::Edge;
-use crate::track::target::points::{Feature, InView, Match, by_motion};
+use crate::track::target::points::{InView, Match};
 use crate::track::target::ranges::Residual;
-use crate::track::target::shift::Shift;
 use crate::track::target::solid::Rims;
 
 /// Normal equations of a weighted sum of squares about a pose: curvature and slope for a small
@@ -66,6 +66,9 @@ pub(crate) struct Workspace {
     /// Current displacement of each point in view in metres, if its distance is a guess.
     pub(crate) moved: Vec<f64>,
     pub(crate) distances: Vec<Distance>,
+    /// What the matches say about the pose, and their squared residuals.
+    measurements: Vec<Measurement>,
+    squares: Vec<f64>,
     outlines: Vec<(usize, Outline)>,
     pub(crate) exposed_outlines: Vec<Outline>,
     pub(crate) contour: Vec<ContourPoint>,
@@ -82,11 +85,6 @@ const STEPS: [usize; Pyramid::LEVELS] = [16, 12, 12];
 const CONVERGED: f64 = 1e-3;
 /// Pixels along the outline between lines.
 const LINE_SPACING_PX: f64 = 8.0;
-/// Standard deviation of a point's position, in radii, for a view at right angles to the direction
-/// in which it was learned.
-const BENT: f64 = 0.02;
-/// Correlation from which on a point counts, and by how much more it has its full weight.
-const CORRELATION_RAMP: (f64, f64) = (0.3, 0.5);
 /// Most steps that move guessed points at a fixed pose.
 const GUESSES: usize = 4;
 
@@ -218,7 +216,7 @@ fn linearize(
         sum.normal.slope += pull;
     }
     let (mut camera, mut eye) = (usize::MAX, None);
-    workspace.distances.clear();
+    workspace.measurements.clear();
     for Match { view, agreement, level: matched_level, pixel, at, moved, .. } in &workspace.matches
     {
         if let (Some(agreement), Some(pixel)) = (agreement, pixel) {
@@ -228,9 +226,14 @@ fn linearize(
             }
             let shows = 1.0 - workspace.occlusion.hides(view.camera, pixel);
             let (point, matched) = ((*view, *at, *moved), (agreement, *matched_level));
-            let found = add_point(&mut sum.normal, inputs, point, matched, (shows, eye));
-            workspace.distances.extend(found);
+            let found = Measurement::new(inputs, point, matched, (shows, eye));
+            workspace.measurements.extend(found);
         }
+    }
+    let outlying = outlying(&workspace.measurements, &mut workspace.squares);
+    workspace.distances.clear();
+    for one in &workspace.measurements {
+        workspace.distances.extend(one.add_to(&mut sum.normal, outlying));
     }
     for camera in 0..inputs.windows.len() {
         add_ranges(&mut sum.normal, inputs, (camera, &pose), &workspace.occlusion);
@@ -301,44 +304,4 @@ fn add_ranges(
         normal.curvature += by_motion * by_motion.transpose() * weight;
         normal.slope += by_motion * (off * weight);
     }
-}
-
-/// Adds the information of a point that agrees with an image.
-fn add_point(
-    normal: &mut Normal,
-    inputs: &Inputs<'_>,
-    (view, at, moved): (InView, usize, f64),
-    (agreement, level): (&Agreement, usize),
-    (shows, eye): (f64, Option<Vector3<f64>>),
-) -> Option<Distance> {
-    let ramp = (agreement.correlation - CORRELATION_RAMP.0) / CORRELATION_RAMP.1;
-    let weight = shows * ramp.clamp(0.0, 1.0).powi(2);
-    if weight == 0.0 || !inputs.points_measure {
-        return None;
-    }
-    let feature = &inputs.points.features[view.point];
-    let Feature { point: SurfacePoint { toward, .. }, variance, .. } = *feature;
-    let position = feature.point.position + toward * moved;
-    let is_free = feature.has_free_distance(inputs.solid.radius);
-    let by_motion = by_motion(&agreement.slope, &position);
-    // The farther the view is from the direction in which the point was learned, the less its
-    // position along that direction is known.
-    let aside = eye.map_or(0.0, |eye| {
-        (1.0 - (eye - position).normalize().dot(&feature.template(view.template).toward)).max(0.0)
-    });
-    let along = agreement.slope * toward;
-    // A guess is marginalised below, and adds no uncertainty here.
-    let known_within = if is_free { 0.0 } else { variance };
-    let beside =
-        along * along.transpose() * (known_within + (BENT * inputs.solid.radius * aside).powi(2))
-            + inputs.points.strayed(view.point, &by_motion);
-    let shift = Shift::new(agreement, level, &beside)?;
-    if is_free {
-        let ray = Ray { along, moved, variance };
-        let measured = (shift.information * weight, shift.pull * weight);
-        return Some(Distance::marginalized(at, normal, &by_motion, measured, &ray));
-    }
-    normal.curvature += by_motion.tr_mul(&(shift.information * by_motion)) * weight;
-    normal.slope += by_motion.tr_mul(&shift.pull) * weight;
-    None
 }

@@ -6,33 +6,6 @@ pub(crate) use sequential::*;
 #[cfg(feature = "parallel")]
 pub(crate) use threaded::*;
 
-/// Threads that run installed work.
-#[cfg(feature = "parallel")]
-pub(crate) type Pool = rayon::ThreadPool;
-/// The caller's thread, which runs installed work.
-#[cfg(not(feature = "parallel"))]
-pub(crate) struct Pool;
-
-/// Starts threads, 0 for as many as the machine has; the error is the operating system's reason.
-#[cfg(feature = "parallel")]
-pub(crate) fn pool(threads: usize) -> Result<Pool, String> {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| error.to_string())
-}
-
-/// Returns the caller's thread, whatever number is requested.
-#[cfg(not(feature = "parallel"))]
-pub(crate) fn pool(_threads: usize) -> Result<Pool, String> {
-    Ok(Pool)
-}
-
-#[cfg(not(feature = "parallel"))]
-impl Pool {
-    /// Does the work.
-    pub(crate) fn install<T>(&self, work: impl FnOnce() -> T) -> T {
-        work()
-    }
-}
-
 /// Returns the number of the process: another one in a forked child, to which threads do not come.
 pub(crate) fn process() -> u32 {
     std::process::id()
@@ -51,8 +24,17 @@ mod threaded {
     use rayon::slice::ChunksMut;
     use rayon::slice::{Chunks, ChunksExactMut, Iter};
 
+    /// Threads that run installed work.
+    pub(crate) type Pool = rayon::ThreadPool;
+
     /// The process whose threads rayon's own pool has; 0 as long as it was not used.
     static PROCESS: AtomicU32 = AtomicU32::new(0);
+
+    /// Starts threads, 0 for as many as the machine has; the error is the operating system's reason.
+    pub(crate) fn pool(threads: usize) -> Result<Pool, String> {
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        builder.build().map_err(|error| error.to_string())
+    }
 
     /// Makes the caller a pool of one thread, for good, if the threads of the process stayed behind
     /// in its parent. One, since forked children share the cores, and may fork again.
@@ -117,11 +99,28 @@ mod threaded {
 }
 
 /// Rayon's parallel-iterator names for sequential iterators.
-#[cfg(not(feature = "parallel"))]
+///
+/// Nothing else differs without the feature. The tests compare them with rayon's.
+#[cfg(any(all(test, feature = "render"), not(feature = "parallel")))]
 mod sequential {
     #[cfg(feature = "render")]
     use std::slice::ChunksMut;
     use std::slice::{Chunks, ChunksExactMut, Iter};
+
+    /// The caller's thread, which runs installed work.
+    pub(crate) struct Pool;
+
+    /// Returns the caller's thread, whatever number is requested.
+    pub(crate) fn pool(_threads: usize) -> Result<Pool, String> {
+        Ok(Pool)
+    }
+
+    impl Pool {
+        /// Does the work.
+        pub(crate) fn install<T>(&self, work: impl FnOnce() -> T) -> T {
+            work()
+        }
+    }
 
     pub(crate) trait ParallelSlice<T> {
         fn par_iter(&self) -> Iter<'_, T>;
@@ -170,4 +169,63 @@ mod sequential {
     impl<I: IntoIterator> IntoParallelIterator for I {}
 
     impl<I: Iterator> IndexedParallelIterator for I {}
+}
+
+#[cfg(all(feature = "parallel", feature = "render"))]
+#[cfg(test)]
+mod tests {
+    use super::{sequential, threaded};
+
+    const COUNTS: [usize; 5] = [0, 1, 7, 64, 1000];
+    const SIZES: [usize; 4] = [1, 3, 8, 2000];
+
+    /// Everything that the core asks of either module: what comes out, in its order.
+    macro_rules! walks {
+        ($module:ident, $count:expr, $size:expr) => {{
+            use $module::*;
+            let (count, size): (usize, usize) = ($count, $size);
+            let numbers: Vec<usize> = (0..count).map(|i| i * i % 31).collect();
+            let all = || {
+                let ranged: Vec<usize> = (0..count).into_par_iter().map(|i| numbers[i]).collect();
+                let owned: Vec<usize> = numbers.clone().into_par_iter().map(|n| n + 1).collect();
+                let each: Vec<usize> = numbers.par_iter().with_min_len(2).map(|&n| 3 * n).collect();
+                let chained: Vec<usize> = numbers
+                    .par_iter()
+                    .map(|&n| n)
+                    .chain(ranged.par_iter().map(|&n| n + 5))
+                    .collect();
+                let chunks: Vec<Vec<usize>> =
+                    numbers.par_chunks(size).with_min_len(16).map(<[usize]>::to_vec).collect();
+                let even: Result<Vec<usize>, usize> = numbers
+                    .par_iter()
+                    .map(|&n| if count < 8 || n % 2 == 0 { Ok(n) } else { Err(0) })
+                    .collect();
+                let (mut bands, mut others) = (numbers.clone(), numbers.clone());
+                let both = bands.par_chunks_mut(size).zip(others.par_chunks_mut(size));
+                both.enumerate().for_each(|(band, (one, other))| {
+                    one[0] += band;
+                    other.reverse();
+                });
+                let mut rows = numbers.clone();
+                rows.par_chunks_exact_mut(size)
+                    .enumerate()
+                    .for_each(|(row, of_row)| of_row.fill(row));
+                (ranged, owned, each, chained, chunks, even, bands, others, rows)
+            };
+            pool(3).unwrap().install(all)
+        }};
+    }
+
+    #[test]
+    fn one_thread_alone_walks_as_several_do() {
+        for count in COUNTS {
+            for size in SIZES {
+                assert_eq!(
+                    walks!(sequential, count, size),
+                    walks!(threaded, count, size),
+                    "{count} numbers in chunks of {size}"
+                );
+            }
+        }
+    }
 }

@@ -11,6 +11,7 @@ from rooms_to_scan import (
     Room,
     around,
     draw,
+    few_features,
     off_after_similarity,
     write_film,
     write_photos,
@@ -118,8 +119,9 @@ def test_what_cannot_be_a_footage_is_refused_with_what_would_do(tmp_path: Path) 
 @pytest.mark.extended
 @pytest.mark.parametrize("given_px", [FOCAL_PX, 1.08 * FOCAL_PX])
 def test_a_second_eye_gives_metres_and_a_wrong_focal_length_is_told(
-    tmp_path: Path, given_px: float
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, given_px: float
 ) -> None:
+    few_features(monkeypatch)
     walk = around(10, 60.0)
     aside = np.eye(4)
     aside[0, 3] = BASELINE_M

@@ -145,7 +145,7 @@ def test_a_bag_without_a_calibration_is_scanned_and_modelled(
     servoid_command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few_features(monkeypatch)
-    way = around(14, 70.0)
+    way = around(10, 50.0)
     filmed(Path("film.mcap"), way)
     middle = LENS.project(Pose(way[0]).inverse().transform(np.array([[*AIM[:2], 0.06]])))[0]
     u, v = middle

@@ -35,7 +35,7 @@ def test_a_film_and_a_click_give_a_body(
     tmp_path: Path, servoid_command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few_features(monkeypatch)
-    way = around(14, 70.0)
+    way = around(10, 50.0)
     film = write_film(tmp_path / "film.avi", draw(Room(seed=3), way))
     middle = LENS.project(Pose(way[0]).inverse().transform(np.array([[*AIM[:2], 0.06]])))[0]
     out = tmp_path / "body.json"

@@ -26,12 +26,15 @@ ELSEWHERE = {
     },
 }
 OLD, NEWER = ELSEWHERE
+OLDEST = f"portable code and {OLD}"
+ELSEWHERE[OLDEST] = ELSEWHERE[OLD] | {"SERVOID_BACKEND": "portable"}
 RUN_ELSEWHERE = [
-    *((OLD, name) for name in replays.DRAWN),
+    *((OLD, name) for name in ("drawn/model", "drawn/track")),
+    (OLDEST, "world/servo"),
     *((NEWER, name) for name in ("drawn/model", "stereo/teabox")),
 ]
-LONG = ["world/servo", *(name for name in replays.RECORDED if (NEWER, name) not in RUN_ELSEWHERE)]
-PORTABLE = {"world/servo", "mono/dragon_red", "photos/blowtorch"}
+LONG = [name for name in replays.RECORDED if (NEWER, name) not in RUN_ELSEWHERE]
+PORTABLE = {"mono/dragon_red", "photos/blowtorch"}
 DATA = "the recordings lie beside the repository, and not here"
 
 
@@ -94,7 +97,7 @@ def test_a_run_has_the_same_bits_with_every_back_end(backend: str, shelf: Path |
 @pytest.mark.parametrize("name", LONG)
 def test_a_long_run_has_the_bits_that_it_always_had(name: str) -> None:
     wanted = comparable(name)
-    # Portable code is slow: one long run of each kind has it, and of short ones all.
+    # Portable code is slow: one long run of each kind has it, and of the drawn ones all.
     backend = "portable" if name in PORTABLE else _native.backend()
     agree(name, asked([name], None, SERVOID_BACKEND=backend)[name], wanted, backend)
 

@@ -67,7 +67,7 @@ def with_masks_of(views: Sequence[View], order: Sequence[int]) -> list[View]:
 
 
 def notes_of(views: Sequence[View]) -> str:
-    return "\n".join(fit(views, max_ellipsoids=5, delta=0.0, seed=0).all_notes)
+    return "\n".join(fit(views, max_ellipsoids=3, delta=0.0, seed=0).all_notes)
 
 
 FAULTS: dict[str, tuple[Callable[[int], list[int]], str]] = {

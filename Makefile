@@ -60,7 +60,7 @@ test-python: .venv/.package
 
 test-extended: test-extended-python test-extended-rust ## run what `make test` leaves out: studies, pages, faults, more seeds
 
-# SOME may say which: a folder, or `--ignore=` and a folder.
+# SOME may say which: folders, or `--ignore=` and a folder.
 test-extended-python: .venv/.package
 	$(strip $(PYTEST) -m extended $(SOME))
 

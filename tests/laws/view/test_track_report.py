@@ -365,9 +365,9 @@ def test_one_camera_tracks_more_of_a_turn_with_the_body_that_a_pair_saw(turned_t
         shutil.copytree(turned_toy / "toy" / name, turned_toy / "eye" / name)
     parts = (turned_toy / "toy" / "capture.toml").read_text(encoding="utf-8").split("[[camera]]")
     (turned_toy / "eye" / "capture.toml").write_text("[[camera]]".join(parts[:2]))
-    shares = {}
+    shares, around = {}, ("--observations", f":{WHOLE_TURN // 2}")  # once, and not back again
     for given in (("--body", "body.json"), ("--distance", 0.58)):
-        run_servoid(turned_toy, "track", "eye", *given, "--out", "eye.csv", "--seed", 0)
+        run_servoid(turned_toy, "track", "eye", *given, *around, "--out", "eye.csv", "--seed", 0)
         points = read_trajectory(turned_toy / "eye.csv")
         shares[given[0]] = np.mean([point.status == "tracking" for point in points])
     # With a guessed body alone, a single camera trusts no turn beyond some 35 degrees, and with

@@ -12,7 +12,9 @@ from servoid.camera import read_mask
 from servoid.capture import Capture
 from servoid.errors import ImageError, TrackError
 from servoid.exchange import open_any
+from servoid.pose import Pose
 from servoid.record import read_trajectory
+from servoid.shape import Body
 from servoid.source import Instant, cameras_of, read_instants
 from servoid.track import Request, follow, track_capture
 
@@ -29,6 +31,14 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def capture(recording: Path) -> Capture:
     """Open it."""
     return open_any(recording)
+
+
+@pytest.fixture(scope="module")
+def begun(recording: Path) -> tuple[Body, Pose]:
+    """Model the drill from the first image, once; return its body, and where that is."""
+    step = next(iter(follow(open_any(recording))))
+    (one,) = step.objects
+    return one.body, step.tracked[0].estimate.world_from_object
 
 
 def instants(capture: Capture) -> list[Instant]:
@@ -63,12 +73,12 @@ def test_a_depth_image_that_cannot_be_read_is_said_and_the_rest_goes_on(
     assert last.depths != () and not last.notices
 
 
-def test_what_is_no_depth_image_of_the_camera_is_refused_or_said(capture: Capture) -> None:
+def test_what_is_no_depth_image_of_the_camera_is_refused_or_said(
+    capture: Capture, begun: tuple[Body, Pose]
+) -> None:
     first, second, *_ = instants(capture)
-    step = next(iter(follow(capture)))
-    (one,) = step.objects
-    tracker = Tracker(cameras_of(capture), one.body)
-    pose = step.tracked[0].estimate.world_from_object
+    body, pose = begun
+    tracker = Tracker(cameras_of(capture), body)
     tracker.start(0.0, first.world_from_camera, first.images, pose, depths=first.depths)
     seen = (0.1, second.world_from_camera, second.images)
     with pytest.raises(
@@ -90,15 +100,16 @@ def test_what_is_no_depth_image_of_the_camera_is_refused_or_said(capture: Captur
 
 
 @pytest.mark.parametrize("fill", [np.nan, np.inf, -1.0, 0.0, 1e30, 1e-30])
-def test_depths_that_mean_nothing_are_as_good_as_none(capture: Capture, fill: float) -> None:
+def test_depths_that_mean_nothing_are_as_good_as_none(
+    capture: Capture, begun: tuple[Body, Pose], fill: float
+) -> None:
     first, second, *_ = instants(capture)
-    step = next(iter(follow(capture)))
-    pose, (one,) = step.tracked[0].estimate.world_from_object, step.objects
+    body, pose = begun
     (measured,) = first.depths
     assert measured is not None
     found = []
     for depths in (None, (np.full_like(measured, fill),)):
-        tracker = Tracker(cameras_of(capture), one.body)
+        tracker = Tracker(cameras_of(capture), body)
         tracker.start(0.0, first.world_from_camera, first.images, pose, depths=first.depths)
         estimate = tracker.step(0.1, second.world_from_camera, second.images, depths)
         found.append(estimate.world_from_object.matrix())
@@ -108,11 +119,10 @@ def test_depths_that_mean_nothing_are_as_good_as_none(capture: Capture, fill: fl
 
 @pytest.mark.parametrize("shown", ["noise", "a wall behind it", "centimetres"])
 def test_depths_that_do_not_show_the_object_are_noticed_and_as_good_as_none(
-    capture: Capture, shown: str
+    capture: Capture, begun: tuple[Body, Pose], shown: str
 ) -> None:
     seen = instants(capture)
-    step = next(iter(follow(capture)))
-    pose, (one,) = step.tracked[0].estimate.world_from_object, step.objects
+    body, pose = begun
     rng = np.random.default_rng(0)
     strange = {
         "noise": lambda depth: rng.uniform(0.3, 1.0, depth.shape).astype(np.float32),
@@ -121,7 +131,7 @@ def test_depths_that_do_not_show_the_object_are_noticed_and_as_good_as_none(
     }[shown]
     found = []
     for change in (None, strange):
-        tracker, poses, notices = Tracker(cameras_of(capture), one.body), [], []
+        tracker, poses, notices = Tracker(cameras_of(capture), body), [], []
         for each in seen:
             depths = None if change is None else [change(depth) for depth in each.depths]
             given = (each.time_s, each.world_from_camera, each.images)
@@ -136,13 +146,14 @@ def test_depths_that_do_not_show_the_object_are_noticed_and_as_good_as_none(
     assert np.array_equal(*found)
 
 
-def test_columns_in_memory_one_after_another_say_the_same_as_rows(capture: Capture) -> None:
+def test_columns_in_memory_one_after_another_say_the_same_as_rows(
+    capture: Capture, begun: tuple[Body, Pose]
+) -> None:
     first, second, *_ = instants(capture)
-    step = next(iter(follow(capture)))
-    pose, (one,) = step.tracked[0].estimate.world_from_object, step.objects
+    body, pose = begun
     found = []
     for laid in (np.ascontiguousarray, np.asfortranarray):
-        tracker = Tracker(cameras_of(capture), one.body)
+        tracker = Tracker(cameras_of(capture), body)
         (images, depths), *later = (
             ([laid(image) for image in each.images], [laid(depth) for depth in each.depths])
             for each in (first, second)

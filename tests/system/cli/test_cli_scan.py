@@ -41,7 +41,8 @@ def test_a_film_and_a_click_give_a_body(
     out = tmp_path / "body.json"
     u, v = middle
     box = f"box:{u - 45:.0f},{v - 55:.0f},{u + 45:.0f},{v + 50:.0f}"
-    done = servoid_command("model", film, "--out", out, "--target", box, "--trust-targets")
+    target = ("--target", box, "--trust-targets", "--max-ellipsoids", 3)
+    done = servoid_command("model", film, "--out", out, *target)
     assert done.code == 0, done.err
     assert "total" in done.out and f"capture         {tmp_path / 'body_scan'}" in done.out
     assert "not in metres" in done.out

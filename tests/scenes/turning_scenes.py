@@ -43,12 +43,13 @@ class Turning:
     object: str
     seed: int
     images: int
+    size_px: tuple[int, int] = FULL
 
     @cached_property
     def set_up(self) -> SetUp:
         """Return the scene, ready to be drawn."""
         course = Course((self.object,), self.images, WAY_MM, turned_deg=turned_deg)
-        return course.set_up(self.seed, FULL)
+        return course.set_up(self.seed, self.size_px)
 
     @cached_property
     def world_from_cameras(self) -> tuple[Pose, ...]:

@@ -149,8 +149,7 @@ class Motion:
     def ahead(self, span: float) -> tuple[Floats, Floats]:
         """Predict state (4 n,) and covariance (4 n, 4 n) at a time after the newest estimate."""
         states, covariances = np.empty_like(self._states), np.empty_like(self._covariances)
-        for mode, matrices in enumerate(self._steps(span)):
-            step, drive = (self._each(part) for part in matrices)
+        for mode, (step, drive) in enumerate(zip(*self._steps(span), strict=True)):
             states[mode] = exact.product(step, self._states[mode])
             moved = exact.product(step, self._covariances[mode], step.T)
             covariances[mode] = moved + drive
@@ -160,8 +159,7 @@ class Motion:
         """Advance all filters to the time of an estimate with the given noise."""
         self._noise = noise
         self._mix(elapsed)
-        for mode, matrices in enumerate(self._steps(elapsed)):
-            step, drive = (self._each(part) for part in matrices)
+        for mode, (step, drive) in enumerate(zip(*self._steps(elapsed), strict=True)):
             self._states[mode] = exact.product(step, self._states[mode])
             moved = exact.product(step, self._covariances[mode], step.T)
             self._covariances[mode] = moved + drive
@@ -215,26 +213,27 @@ class Motion:
         self._states = np.array([state for state, _ in mixed])
         self._covariances = np.array([covariance for _, covariance in mixed])
 
-    def _steps(self, span: float) -> list[tuple[Floats, Floats]]:
-        """Return transition and process noise of one coordinate, (4, 4), for each filter."""
+    def _steps(self, span: float) -> tuple[Floats, Floats]:
+        """Return transition and process noise of each filter, (modes, 4 n, 4 n) both."""
         prior, noise = self._prior, self._noise
-        fades = exact.exp(-span / noise.fading_s)
-        comes = -exact.expm1(-2.0 * span / prior.lasting_s) * noise.lasting * noise.lasting
-        rests = np.diag([1.0, 0.0, 0.0, fades])
-        steps = [(rests, np.diag([prior.rest * prior.rest * span, 0.0, 0.0, comes]))]
-        for model in prior.models:
-            goes, driven = np.diag([0.0, 0.0, 0.0, fades]), np.diag([0.0, 0.0, 0.0, comes])
-            goes[:3, :3] = model.moved(span)
-            driven[:3, :3] = model.jerk * model.jerk * white_jerk(span)
-            steps.append((goes, driven))
-        return steps
+        goes, driven = np.zeros((2, len(self._weights), 4, 4))
+        goes[0, 0, 0] = 1.0
+        goes[:, 3, 3] = exact.exp(-span / noise.fading_s)
+        driven[0, 0, 0] = prior.rest * prior.rest * span
+        comes = -exact.expm1(-2.0 * span / prior.lasting_s)
+        driven[:, 3, 3] = comes * noise.lasting * noise.lasting
+        jerked = white_jerk(span)
+        for mode, model in enumerate(prior.models, start=1):
+            goes[mode, :3, :3] = model.moved(span)
+            driven[mode, :3, :3] = model.jerk * model.jerk * jerked
+        return self._each(goes), self._each(driven)
 
-    def _each(self, model: Floats) -> Floats:
-        """Expand the matrix of one coordinate (4, 4) to all coordinates, (4 n, 4 n)."""
-        whole = np.zeros((4, self._n, 4, self._n))
+    def _each(self, models: Floats) -> Floats:
+        """Expand matrices of one coordinate (modes, 4, 4) to all, (modes, 4 n, 4 n)."""
+        whole = np.zeros((len(models), 4, self._n, 4, self._n))
         for place in range(self._n):
-            whole[:, place, :, place] = model
-        return whole.reshape(4 * self._n, 4 * self._n)
+            whole[:, :, place, :, place] = models
+        return whole.reshape(-1, 4 * self._n, 4 * self._n)
 
 
 def fading_acceleration(span: float, lasting_s: float) -> Floats:

@@ -4,6 +4,7 @@ What was measured stands beside each bound.
 """
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from trust_verdicts import Verdicts, verdicts
 
 from servoid.model import Request as ModelRequest
 from servoid.model import fit_mesh
+from servoid.shape import Body
 from servoid.track import Request, Subject, TrackSettings, track_capture
 
 DISTANCE_M = 0.4146
@@ -27,6 +29,14 @@ def verdicts_of_one_eye(name: str, request: Request) -> Verdicts:
     left = dataclasses.replace(recording.capture, cameras=recording.capture.cameras[:1])
     tracked = list(track_capture(left, [Subject()], request)[0].tracked)
     return verdicts(tracked, recording.truth, recording.vertices, scaled=True)
+
+
+@cache
+def cube() -> Body:
+    """Model a cube from its mesh."""
+    box = trimesh.creation.box((CUBE_M, CUBE_M, CUBE_M))
+    mesh = np.ascontiguousarray(box.vertices, np.float64), np.ascontiguousarray(box.faces, np.int64)
+    return fit_mesh(*mesh, ModelRequest(max_ellipsoids=8)).body
 
 
 def test_motion_tells_distances_from_the_start_only_where_it_is_asked_to() -> None:
@@ -70,10 +80,7 @@ def test_one_eye_is_sure_of_a_turn_once_motion_alone_says_the_same() -> None:
 def test_one_eye_that_sees_a_flat_side_of_a_known_cube_does_not_trust_a_mirrored_tilt(
     seed: int,
 ) -> None:
-    recording = recording_with_truth("real/cube_hand")
-    box = trimesh.creation.box((CUBE_M, CUBE_M, CUBE_M))
-    mesh = np.ascontiguousarray(box.vertices, np.float64), np.ascontiguousarray(box.faces, np.int64)
-    body = fit_mesh(*mesh, ModelRequest(max_ellipsoids=8)).body
+    recording, body = recording_with_truth("real/cube_hand"), cube()
     first = recording.truth[0]
     assert first is not None
     known = Subject(body=body, start=first @ body.world_from_object)

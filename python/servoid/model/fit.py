@@ -308,10 +308,9 @@ def divide(
 
 
 def _write_slice(chosen: slice) -> str:
-    """Format a slice as it is typed: `0:16:2`."""
-    return ":".join(
-        "" if part is None else str(part) for part in (chosen.start, chosen.stop, chosen.step)
-    )
+    """Format a slice as it is typed: `0:16:2`, or `100:`."""
+    parts = [chosen.start, chosen.stop] + ([] if chosen.step is None else [chosen.step])
+    return ":".join("" if part is None else str(part) for part in parts)
 
 
 def _read(view: CaptureView) -> tuple[View, bool]:

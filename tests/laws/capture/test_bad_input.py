@@ -313,7 +313,7 @@ def test_an_existing_body_survives_an_error(
 @pytest.mark.parametrize(
     ("arguments", "message", "code"),
     [
-        (("--views", "8:"), r"no usable view: views 8:: selects none of the 8 views", 1),
+        (("--views", "8:"), r"no usable view: views 8: selects none of the 8 views", 1),
         (("--delta", "nan"), r"delta", 2),
         (("--delta", "-1"), r"delta", 2),
         (("--max-ellipsoids", "65"), r"max_ellipsoids must be 1 to 64, but it is 65", 2),

@@ -206,7 +206,7 @@ def test_other_threads_run_while_the_core_works(views: list[CaptureView]) -> Non
 def test_no_selected_view_is_an_error_that_says_how_many_there_are(
     views: list[CaptureView],
 ) -> None:
-    with pytest.raises(ModelError, match="views 8:: selects none of the 8 views; choose among 0"):
+    with pytest.raises(ModelError, match="views 8: selects none of the 8 views; choose among 0"):
         servoid.model.fit(views, views=slice(8, None, None))
     with pytest.raises(ModelError, match="no usable view: none was given, or none has a mask"):
         servoid.model.fit([])

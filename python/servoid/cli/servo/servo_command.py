@@ -217,37 +217,38 @@ def servo(
     from servoid.cli.servo.servo_order import EXTRAS, Order, paper_values, print_settings
 
     triples = {
-        "run.goal": (goal, "--goal"),
-        "run.start_offset": (start_offset, "--start-offset"),
-        "run.start_turn_deg": (start_turn, "--start-turn"),
+        "run.goal": ("--goal", goal),
+        "run.start_offset": ("--start-offset", start_offset),
+        "run.start_turn_deg": ("--start-turn", start_turn),
     }
     options = {
-        "world.arm.name": world,
-        "world.object.name": object_name,
-        "world.object.path": path,
-        "world.background": background,
-        "world.ideal": ideal,
-        "world.seed": seed,
-        "track.seed": seed,
-        "track.method": None if method is None else method.value,
-        "run.target": target,
-        "run.trust_target": trust_target,
-        "run.seconds": seconds,
-        "servo.look.count": looks,
-        "servo.hand.feed_forward": feed_forward,
-        "servo.joints.law": law,
+        "world.arm.name": ("--world", world),
+        "world.object.name": ("--object", object_name),
+        "world.object.path": ("--path", path),
+        "world.background": ("--background", background),
+        "world.ideal": ("--ideal", ideal),
+        "world.seed": ("--seed", seed),
+        "track.seed": ("--seed", seed),
+        "track.method": ("--method", None if method is None else method.value),
+        "run.target": ("--target", target),
+        "run.trust_target": ("--trust-target", trust_target),
+        "run.seconds": ("--seconds", seconds),
+        "servo.look.count": ("--looks", looks),
+        "servo.hand.feed_forward": ("--feed-forward", feed_forward),
+        "servo.joints.law": ("--law", law),
         **{
-            key: None if text is None else parse_triple(text, option)
-            for key, (text, option) in triples.items()
+            key: (option, None if text is None else parse_triple(text, option))
+            for key, (option, text) in triples.items()
         },
     }
-    given = {key: value for key, value in options.items() if value is not None}
+    given = {key: value for key, (_, value) in options.items() if value is not None}
     order = Order(
         out=out,
         video=video,
         mcap=mcap,
         config=config,
         values=(paper_values() if paper else {}) | given,
+        names={key: option for key, (option, _) in options.items()},
     )
     if print_config:
         print_settings(order)

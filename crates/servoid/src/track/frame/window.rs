@@ -99,6 +99,11 @@ impl Window {
         found.contrast >= libm::hypot(TEXTURED * self.light, self.noise)
     }
 
+    /// Returns the noise as a share of the least contrast of a pattern.
+    pub(crate) fn noise_share(&self) -> f64 {
+        self.noise / (TEXTURED * self.light)
+    }
+
     /// Returns the projection of the object's frame at a pose, if the window is open.
     pub(crate) fn projection(&self, world_from_object: &Pose) -> Option<Projection> {
         Some(self.from_world?.moved(world_from_object))

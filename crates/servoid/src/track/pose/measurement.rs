@@ -19,6 +19,9 @@ const CORRELATION_RAMP: (f64, f64) = (0.3, 0.5);
 /// Squared residual, in variances, of a point that has a quarter of its weight: at least, and as a
 /// multiple of the median.
 const OUTLYING: (f64, f64) = (1.0, 4.0);
+/// Noise, as a share of the least contrast of a pattern, up to which residuals count: those of all
+/// points are noise beyond, and weights by them only lose information.
+const QUIET: f64 = 0.25;
 /// Part of the information of a shift that is added to it along a ridge, which has none.
 const RIDGE: f64 = 1e-6;
 
@@ -33,8 +36,8 @@ pub(crate) struct Measurement {
     weight: f64,
     /// Its ray, if its distance is a guess.
     ray: Option<Ray>,
-    /// Squared residual, in variances; none where the body alone gave the distance: as long as it is
-    /// wrong, the points that show a rotation best disagree most.
+    /// Squared residual, in variances; none where it is noise, and none where the body alone gave
+    /// the distance: as long as it is wrong, the points that show a rotation best disagree most.
     squared: Option<f64>,
 }
 
@@ -70,7 +73,8 @@ impl Measurement {
             + inputs.points.strayed(view.point, &by_motion);
         let shift = Shift::new(agreement, level, &beside)?;
         let ray = is_free.then_some(Ray { along, moved, variance });
-        let squared = (!feature.is_from_body).then(|| squared(&shift));
+        let is_quiet = inputs.windows[view.camera].noise_share() <= QUIET;
+        let squared = (is_quiet && !feature.is_from_body).then(|| squared(&shift));
         Some(Self { at, by_motion, shift, weight, ray, squared })
     }
 

@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: lint-rust lint-python help demo samples test test-rust test-python test-extended test-extended-python test-extended-rust test-all lint bench trust fuzz soak docs wheels clean prerequisites
+.PHONY: lint-rust lint-python help demo samples test test-extended test-extended-python test-extended-rust test-all lint bench trust fuzz soak docs wheels clean prerequisites
 
 PYTHON ?= python3
 SECONDS ?= 3600
@@ -50,12 +50,8 @@ samples: .venv/.package ## draw captures to try things on; model one and track t
 
 # The binding is left out of `cargo test`: its tests are the Python ones, and linking
 # it as a program would need a Python built as a shared library.
-test: .venv/.package test-rust test-python ## run the laws, and each command once; all that a change needs at first
-
-test-rust:
+test: .venv/.package ## run the laws, and each command once; all that a change needs at first
 	$(CARGO) test --workspace --exclude servoid-py
-
-test-python: .venv/.package
 	$(PYTEST) -m 'not extended'
 
 test-extended: test-extended-python test-extended-rust ## run what `make test` leaves out: studies, pages, faults, more seeds

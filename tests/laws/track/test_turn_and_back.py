@@ -23,11 +23,13 @@ def test_a_turn_that_lags_on_a_bare_side_is_found_before_it_is_wrong(seed: int) 
 
 
 @pytest.mark.extended
-def test_noise_lets_a_turn_be_sought_and_never_wrong(tmp_path: Path) -> None:
-    # Few printed points were recognised, and told too little drift: 18 images were trusted wrongly.
+@pytest.mark.parametrize("seed", [0, 1])
+def test_noise_lets_a_turn_be_sought_and_never_wrong(seed: int, tmp_path: Path) -> None:
+    # Few printed points were recognised, and told too little drift: 18 images were trusted wrongly
+    # with seed 0. Residuals that weighed points in noise let the turn slip: 23 were, with seed 1.
     recording = recording_with_truth("hard/bleach_turn")
-    noisy = VARIANTS["noise"].change(recording.capture, 0, tmp_path)
-    tracked = track_capture(noisy, [Subject()], Request(seed=0))[0].tracked
+    noisy = VARIANTS["noise"].change(recording.capture, seed, tmp_path)
+    tracked = track_capture(noisy, [Subject()], Request(seed=seed))[0].tracked
     found = verdicts(tracked, recording.truth, recording.vertices)
     assert not found.trusted_wrong.any()
-    assert found.right.mean() > 0.5  # 57 %
+    assert found.right.mean() > 0.5  # 71 and 72 %

@@ -1,7 +1,7 @@
 """The options of `servoid servo`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -216,12 +216,10 @@ def servo(
     from servoid.cli.extras import check_extras
     from servoid.cli.servo.servo_order import EXTRAS, Order, paper_values, print_settings
 
-    triples = {
-        "run.goal": ("--goal", goal),
-        "run.start_offset": ("--start-offset", start_offset),
-        "run.start_turn_deg": ("--start-turn", start_turn),
-    }
-    options = {
+    def triple(option: str, text: str | None) -> tuple[str, Any]:
+        return option, None if text is None else parse_triple(text, option)
+
+    options: dict[str, tuple[str, Any]] = {
         "world.arm.name": ("--world", world),
         "world.object.name": ("--object", object_name),
         "world.object.path": ("--path", path),
@@ -236,10 +234,9 @@ def servo(
         "servo.look.count": ("--looks", looks),
         "servo.hand.feed_forward": ("--feed-forward", feed_forward),
         "servo.joints.law": ("--law", law),
-        **{
-            key: (option, None if text is None else parse_triple(text, option))
-            for key, (option, text) in triples.items()
-        },
+        "run.goal": triple("--goal", goal),
+        "run.start_offset": triple("--start-offset", start_offset),
+        "run.start_turn_deg": triple("--start-turn", start_turn),
     }
     given = {key: value for key, (_, value) in options.items() if value is not None}
     order = Order(

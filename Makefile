@@ -94,6 +94,8 @@ soak: .venv/.package ## track IMAGES (100000) and servo for HOURS (24) simulated
 
 docs: .venv/.package .venv/.docs ## build the documentation in docs/_build
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build
+	@! grep -rlE --include='*.html' '<(script|link|img)[^>]*(src|href)="(https?:)?//' docs/_build || \
+	  { echo "These pages load files from a network; put the files into docs/_static." >&2; false; }
 	@echo "The documentation is in docs/_build/index.html"
 
 wheels: .venv/.wheels | prerequisites ## build the wheels for Linux, x86_64 and aarch64, into dist, and check them

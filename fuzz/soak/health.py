@@ -8,18 +8,22 @@ from pathlib import Path
 
 import numpy as np
 
-_STATM = Path("/proc/self/statm")
-_PAGE_MIB = 4096 / (1 << 20)
+sys.path.append(str(Path(__file__).parents[2] / "tests" / "fixtures"))
+
+from resident_memory import STATM, resident_mb
+
+_MIB = (1 << 20) / 1e6  # in MB
 _WARMING = 0.3  # share of the samples before memory must be flat
 _FEWEST = 10  # samples of which a slope can be told
 MOST_GROWTH_MIB = 5.0  # a thousand images; what is drawn anew sways by more
 
 
 def resident_mib() -> float:
-    """Return the memory that this process holds, NaN where the system does not say."""
-    if not _STATM.is_file():
-        return float("nan")
-    return int(_STATM.read_text().split()[1]) * _PAGE_MIB
+    """Return the memory that this process uses, NaN where the system does not say.
+
+    What its allocators keep of what was freed does not count: it sways by 100 MiB.
+    """
+    return resident_mb() / _MIB if STATM.is_file() else float("nan")
 
 
 @dataclass(eq=False)

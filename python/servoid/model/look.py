@@ -25,13 +25,14 @@ from servoid.model.range_samples import (
     range_samples_of_views,
 )
 from servoid.model.result import Coverage, ModelResult
-from servoid.model.running import Progress, in_parallel
+from servoid.model.running import Progress, in_parallel, part_of
 from servoid.pose import exact
 from servoid.segment import HueTarget, Target
 from servoid.segment.hue import hue_window
 from servoid.words import were
 
 _ONE_SIDE_DEG = 90.0
+_FINDING = 0.3  # share of the time in which the object is found in other views, where it must be
 NO_METRES = (
     "lengths are not in metres: the capture's scale is unknown (metric = false in its "
     "capture.toml); give the scan a length, a board or a baseline"
@@ -86,7 +87,9 @@ def fit_capture(
         notes += result.notes
         return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
     if marked.others and (len(known) < 2 or marked.from_targets):
-        known = _with_spread(marked, samples, request, notes)
+        finding = replace(request, progress=part_of(request.progress, 0.0, _FINDING))
+        known = _with_spread(marked, samples, finding, notes)
+        request = replace(request, progress=part_of(request.progress, _FINDING, 1.0))
     used, unused = divide(known, views)
     if len(used) == 1 and not len(samples):
         raise ModelError(

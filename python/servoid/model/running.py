@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from queue import SimpleQueue
 from threading import Event
 from typing import TypeVar
@@ -22,6 +22,16 @@ class Progress:
     fitness: float
     share: float
     stage: str = "modelling"
+
+
+ProgressReport = Callable[[Progress], None] | None
+
+
+def part_of(report: ProgressReport, first: float, last: float) -> ProgressReport:
+    """Return what reports a part of the work, from its first to its last share of the whole."""
+    if report is None:
+        return None
+    return lambda part: report(replace(part, share=first + (last - first) * part.share))
 
 
 class _StoppedError(Exception):

@@ -34,7 +34,7 @@ def test_images_that_are_stamped_before_the_start_are_recorded(tmp_path: Path) -
     world = World(order.settings().world)
     looks = []
     with ExitStack() as stack:
-        run = servoing._Run(tmp_path, lambda *_: None)
+        run = servoing._Run(tmp_path, 1.0, lambda *_: None)
         run.prepare(world, stack, order)
         for _ in range(3):
             looks.append(first_look(world.arm, world.source))

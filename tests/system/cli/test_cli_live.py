@@ -144,7 +144,11 @@ def test_sources_lists_what_there_is_within_eighty_columns(servoid_command: Comm
         (("track", "FILM", "--record", "run"), 2, "is recorded, so --record does not apply"),
         (("track", "FILM"), 1, "give --fov, .*; .* servoid scan estimates"),
         (("track", "FILM", "--fov", "180"), 2, "--fov is 180; give degrees above 0 and below 180"),
-        (("track", "http://127.0.0.1:9/"), 1, "does not answer: connection refused"),
+        (
+            ("track", "http://127.0.0.1:9/", "--fov", "65", "--distance", "1"),
+            1,
+            "does not answer: connection refused",
+        ),
         (("track", "sim:nothing"), 1, "unknown object 'nothing'"),
         (("model", "0", "--out", "b.json"), 1, "servoid record 0 --out run"),
         (("record", "FILM", "--fov", "60", "--count", "3", "--out", "x"), 2, "so --count does not"),

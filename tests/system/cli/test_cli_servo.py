@@ -291,6 +291,16 @@ def interrupt_at(monkeypatch: pytest.MonkeyPatch, stage: str, share: float) -> N
 
 
 @pytest.mark.extended
+def test_what_was_not_measured_is_not_known(servoid_command: Command, tmp_path: Path) -> None:
+    settings = small_settings(SHORT | {"run.settle_s": 1.0, "run.seconds": 1.0})
+    (tmp_path / "small.toml").write_text(trial_toml(settings))
+    outcome = servoid_command("servo", "--config", tmp_path / "small.toml", "--out", tmp_path / "a")
+    text = "not known: no observation after the settling time of 1 s"
+    assert rows_of(outcome)["fixation"] == text
+    assert "nan" not in outcome.out
+
+
+@pytest.mark.extended
 def test_what_was_done_until_an_interrupt_is_written(
     servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

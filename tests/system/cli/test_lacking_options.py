@@ -1,4 +1,4 @@
-"""All that a plain video or photographs lack is named at once, with a command to copy."""
+"""All that a plain video, photographs or a camera lack is named at once, with a command to copy."""
 
 import re
 import shlex
@@ -33,6 +33,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("track film.avi --distance 0.4", (FOV, TARGET)),
         ("track film.avi+other.avi", (FOV, "--baseline 0.1", TARGET)),
         ("track photo.png", (FOV, TARGET, DISTANCE)),
+        ("track 0", (FOV, TARGET, DISTANCE)),
+        ("track side-by-side:0 --fov 50", ("--baseline 0.1", TARGET)),
+        ("track http://localhost:1/video.mjpg", (FOV, TARGET, DISTANCE)),
         ("model film.avi --out a.json --fov 50", (TARGET, DISTANCE)),
         ("model film.avi+other.avi --out a.json --fov 50", ("--baseline 0.1", TARGET)),
     ],

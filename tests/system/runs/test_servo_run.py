@@ -20,6 +20,7 @@ from scenes_servo import (
 from servo_trials import logged, small_trial
 
 from servoid.capture import open_capture
+from servoid.cli.servo.servoing import share_of_run
 from servoid.errors import ServoError
 from servoid.sim.trial import ServoTrial, TrialStep
 
@@ -63,7 +64,7 @@ def test_the_log_has_one_line_for_each_control_period(followed: ServoTrial) -> N
     assert (times[0], times[-1]) == pytest.approx((0.0, 3.0), abs=0.01)
 
 
-def test_stages_come_in_order_and_with_them_what_was_done(
+def test_stages_come_in_order_with_what_was_done_and_a_share_of_the_run_that_only_grows(
     followed: ServoTrial, steps: list[TrialStep]
 ) -> None:
     stages = list(dict.fromkeys(step.stage for step in steps))
@@ -72,6 +73,10 @@ def test_stages_come_in_order_and_with_them_what_was_done(
     times = [step.time_s for step in steps]
     assert times == sorted(times)
     assert all(0.0 <= step.share <= 1.0 for step in steps)
+    seconds = followed.settings.run.seconds
+    shares = [share_of_run(step.stage, step.share, seconds) for step in steps]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
     assert sum(step.row is not None for step in steps) == len(followed.log)
     assert steps[-1].command is not None
     assert not steps[-1].command.velocities.any()

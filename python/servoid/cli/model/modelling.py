@@ -86,7 +86,7 @@ def run_model(order: Order) -> None:
         [*files_of(targets), order.known.calibration],
     )
     filmed = needs_scan(order.source, order.known, order.scale, order.topics)
-    if not filmed and order.method is Method.region:
+    if not filmed and not word.is_live and order.method is Method.region:
         options = (*(("--target", text) for text in order.targets), ("--out", order.out))
         given = Given(options=options, distance_m=order.distance, is_marked=bool(targets))
         check_nothing_lacks("model", word, order.known, given)

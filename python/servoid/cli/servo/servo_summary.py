@@ -55,8 +55,14 @@ def _errors(metrics: ServoMetrics) -> dict[str, str]:
         f"surface {_mm(true.surface)} mm",
         "belief": f"centre of the body {_mm(true.middle_rms)} mm RMS off the object's, surface "
         f"{_mm(true.body)} mm",
-        "fixation": f"{metrics.fixation_rms_px:.2f} px RMS",
+        "fixation": _fixation(metrics),
     }
+
+
+def _fixation(metrics: ServoMetrics) -> str:
+    if math.isnan(metrics.fixation_rms_px):
+        return f"not known: no observation after the settling time of {metrics.settle_s:g} s"
+    return f"{metrics.fixation_rms_px:.2f} px RMS"
 
 
 def _error(rms: float, most: float, turn: float) -> str:

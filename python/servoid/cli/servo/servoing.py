@@ -44,6 +44,14 @@ _TABLES = ("log.csv", "times.csv", "run.toml", "body.json", "summary.json")
 _NAMES = (*_TABLES, _FILM, _RECORDING)
 # A clock with an error stamps the first images before 0, which ROS cannot represent.
 _RECORDED_FROM_S = 1.0  # time in the recording at which the world's clock is 0
+# Stages before servoing, and how long each takes, in seconds of servoing that take as long.
+_BEFORE_S = {
+    "looking": 0.6,
+    "looking around": 0.7,
+    "coming back": 0.3,
+    "modelling": 1.0,
+    "taking place": 0.4,
+}
 
 
 def run_servo(order: Order) -> None:
@@ -60,7 +68,7 @@ def run_servo(order: Order) -> None:
     check_folder(order.out, parents=True)
     stopped = False
     with ExitStack() as stack, progress_bar("servo run") as update:
-        run = _Run(order.out, update)
+        run = _Run(order.out, settings.run.seconds, update)
         try:
             trial = run_servo_trial(
                 settings,
@@ -93,12 +101,22 @@ def _ending(trial: ServoTrial) -> str:
     return f"interrupted after {done_s:.2f} of {trial.settings.run.seconds:g} s of servoing"
 
 
+def share_of_run(stage: str, share: float, seconds: float) -> float:
+    """Return the share of a run that is done, by that of its stage and the seconds of servoing."""
+    whole_s = sum(_BEFORE_S.values()) + seconds
+    if stage not in _BEFORE_S:
+        return (whole_s - (1.0 - share) * seconds) / whole_s
+    stages = list(_BEFORE_S)
+    before_s = sum(_BEFORE_S[earlier] for earlier in stages[: stages.index(stage)])
+    return (before_s + share * _BEFORE_S[stage]) / whole_s
+
+
 class _Run:
     """Watches a run: shows its progress, and writes its video and its recording."""
 
-    def __init__(self, folder: Path, update: Callable[[float, str], None]) -> None:
+    def __init__(self, folder: Path, seconds: float, update: Callable[[float, str], None]) -> None:
         self.trial: ServoTrial | None = None
-        self._folder, self._update = folder, update
+        self._folder, self._seconds, self._update = folder, seconds, update
         self._world: World | None = None
         self._video: ServoVideo | None = None
         self._recording: McapRun | None = None
@@ -126,7 +144,8 @@ class _Run:
     def watch(self, step: TrialStep) -> None:
         """Process a step."""
         self.trial = step.trial or self.trial
-        self._update(step.share, f"{step.stage} {step.time_s:6.2f} s")
+        share = share_of_run(step.stage, step.share, self._seconds)
+        self._update(share, f"{step.stage} {step.time_s:6.2f} s")
         if self._recording is not None:
             self._record(step, self._recording)
         if step.instant is not None:

@@ -1,4 +1,4 @@
-"""Names at once all that a plain video or images lack before an object in them can be found."""
+"""Names at once all that a plain video, images or a camera lack before an object can be found."""
 
 import shlex
 from dataclasses import dataclass
@@ -7,7 +7,8 @@ from servoid.errors import CaptureError
 from servoid.opening import GivenCalibration, Kind, SourceWord, count_uncalibrated_cameras
 from servoid.words import counted, digits
 
-_PLAIN = (Kind.VIDEO, Kind.VIDEOS, Kind.IMAGES)
+_RECORDED = (Kind.VIDEO, Kind.VIDEOS, Kind.IMAGES)
+_LIVE = (Kind.CAMERA, Kind.STREAM)  # which know nothing of their lenses
 _FOV = (
     "--fov 65",
     "--fov, the angle of view from the left to the right border in degrees, or --calibration FILE",
@@ -36,7 +37,7 @@ class Given:
 def check_nothing_lacks(
     command: str, word: SourceWord, known: GivenCalibration, given: Given
 ) -> None:
-    """Check that options supply what images and videos without a capture file lack.
+    """Check that options supply what cameras, and images and videos without a capture file, lack.
 
     A single thing that lacks is left to the step that needs it, whose message says more.
 
@@ -50,9 +51,12 @@ def check_nothing_lacks(
         CaptureError: several things lack; the message names them all, and a command to copy.
 
     """
-    if word.kind not in _PLAIN:
+    if word.kind in _RECORDED:
+        cameras = count_uncalibrated_cameras(word)
+    elif word.kind in _LIVE:
+        cameras = 2 if word.halves else 1
+    else:
         return
-    cameras = count_uncalibrated_cameras(word)
     lacking: list[tuple[str, str]] = [] if known.supplies_lens else [_FOV]
     if cameras == 2 and known.baseline_m is None and known.calibration is None:
         lacking.append(_BASELINE)

@@ -73,13 +73,15 @@ impl Tracker {
         points.drift_variance = if is_clear { drift } else { drift.max(points.drift_variance) };
     }
 
-    /// Updates the variance of the orientation that is due to a relief which nothing confirms, where
-    /// the distances of most points that agree with the images came from the body alone.
+    /// Updates the variances of a pose that are due to a relief which nothing confirms, where the
+    /// distances of most points that agree with the images came from the body alone.
     pub(crate) fn doubt_turn(&mut self, observation: &Observation<'_>, pose: &Pose) {
         let Target { points, relief, keyframes, .. } = &mut self.target;
         let is_guess = points.are_from_body(&self.workspace.matches);
-        let variance = relief.turn_variance(object_from_camera(observation, pose), keyframes);
+        let camera = object_from_camera(observation, pose);
+        let variance = relief.turn_variance(camera, keyframes);
         points.relief_variance = if is_guess { variance } else { 0.0 };
+        relief.hide(&camera, is_guess && !self.settings.known_shape);
     }
 
     /// Where sides are seen that are known better than those followed, turns back what was learned
@@ -128,8 +130,10 @@ impl Tracker {
 
     /// Returns the covariance of a pose due to drift, in the object's frame.
     pub(crate) fn drift_covariance(&self) -> Matrix6<f64> {
-        let turn = self.target.points.turn_variance() / 3.0;
-        let place = (PLACE * self.target.solid.radius).powi(2) * turn;
+        let Target { points, relief, solid, .. } = &self.target;
+        let (shift, hidden) = relief.hidden;
+        let turn = (points.turn_variance() + hidden) / 3.0;
+        let place = solid.radius.powi(2) * (PLACE * PLACE * turn + shift);
         Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn))
     }
 }

@@ -12,6 +12,11 @@ pub(crate) const GUESS: (f64, f64) = (0.1, 0.25);
 /// Error of the orientation per radian of rotation, as a standard deviation in radians, where the
 /// body is trusted but nothing confirms it.
 const TURNS_OFF: f64 = 0.15;
+/// Errors that a guessed body leaves in a pose, and no residual shows, as all points share them:
+/// standard deviations of the orientation per radian of rotation and at most, and of the position in
+/// radii per radian.
+const HIDDEN_TURN: (f64, f64) = (0.35, 0.15);
+const HIDDEN_SHIFT: f64 = 0.1;
 /// Part of the usual share below which an object is about to be lost, and its body is no longer
 /// trusted.
 const DENIED: f64 = 0.6;
@@ -36,6 +41,8 @@ const ALIKE: f64 = 1.5;
 pub(crate) struct Relief {
     /// Whether distances come from motion alone, since the body is not trusted.
     pub(crate) is_open: bool,
+    /// Variances of the position, in radii, and of the orientation that no residual shows.
+    pub(crate) hidden: (f64, f64),
     /// Deviation of points from the body by the first keyframes, rms in standard deviations.
     misfit: Option<f64>,
     /// Orientation of the first camera, in the object's frame, at the given pose.
@@ -50,7 +57,8 @@ pub(crate) struct Relief {
 
 impl Relief {
     pub(crate) fn new(is_open: bool) -> Self {
-        Self { is_open, misfit: None, given: None, usual_noise: None, is_noisy: false, unclear: 0 }
+        let (hidden, misfit, given, usual_noise) = ((0.0, 0.0), None, None, None);
+        Self { is_open, hidden, misfit, given, usual_noise, is_noisy: false, unclear: 0 }
     }
 
     /// Stores the orientation of the first camera, in the object's frame, at the given pose.
@@ -74,6 +82,16 @@ impl Relief {
         let guessed = (TURNS_OFF * given.angle_to(&object_from_camera)).powi(2);
         let told = keyframes.relief_variance(&object_from_camera, TURNS_OFF);
         told.map_or(guessed, |told| told.min(guessed))
+    }
+
+    /// Updates the variances that no residual shows: they grow with the rotation of the first camera,
+    /// in the object's frame, since the pose was given, if its shape is `guessed`.
+    pub(crate) fn hide(&mut self, object_from_camera: &UnitQuaternion<f64>, guessed: bool) {
+        let angle = self.given.map_or(0.0, |given| given.angle_to(object_from_camera));
+        let turned = if guessed { 2.0 * libm::sin(0.5 * angle) } else { 0.0 };
+        let (per_radian, most) = HIDDEN_TURN;
+        let (turn, most) = ((per_radian * turned).powi(2), most * most);
+        self.hidden = ((HIDDEN_SHIFT * turned).powi(2), turn * most / (turn + most));
     }
 
     /// Returns whether the body is trusted though nothing confirms it.
@@ -186,6 +204,24 @@ mod tests {
         assert!(guess.turn_variance(turned(0.1), told) < 1e-12, "the given side is better known");
         guess.measure(Some(0.9 * CONFIRMED));
         assert!(guess.turn_variance(turned(1.0), none) == 0.0);
+    }
+
+    #[test]
+    fn what_a_guessed_body_hides_grows_with_the_turn_is_bounded_and_is_none_of_a_known_shape() {
+        let turned = |angle: f64| UnitQuaternion::from_euler_angles(0.0, angle, 0.0);
+        let mut relief = Relief::new(false);
+        relief.hide(&turned(1.0), true);
+        assert_eq!(relief.hidden, (0.0, 0.0), "no pose was given");
+        relief.begin(turned(0.1));
+        let mut before = (0.0, 0.0);
+        for step in 1..30 {
+            relief.hide(&turned(0.1 + 0.1 * f64::from(step)), true);
+            let (shift, turn) = relief.hidden;
+            assert!(shift > before.0 && turn > before.1 && turn < HIDDEN_TURN.1.powi(2), "{step}");
+            before = relief.hidden;
+        }
+        relief.hide(&turned(1.0), false);
+        assert_eq!(relief.hidden, (0.0, 0.0), "its shape is known");
     }
 
     #[test]

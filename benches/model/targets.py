@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from servoid.capture import CaptureView, open_capture
 from servoid.errors import TargetError
-from servoid.model.seen_depth import seen_depth
-from servoid.segment import BoxTarget, ClickTarget, Found, Target, find_with_doubts, grow_mask
+from servoid.model.finding import find_in_view
+from servoid.segment import BoxTarget, ClickTarget, Found, Target, grow_mask
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 CAPTURES = {"photos": ("skull", "temple", "blowtorch"), "stereo": ("mustard", "drill", "teabox")}
@@ -59,8 +59,7 @@ def clicks(mask: Mask) -> list[Target]:
 
 def find(target: Target, view: CaptureView, views: list[CaptureView]) -> Found:
     """Find what a target means in one of a capture's views, as `model` and `track` do."""
-    image = view.recorded_image()
-    return find_with_doubts(target, image, seen_depth(target, view, image, views))
+    return find_in_view(target, view, view.recorded_image(), views)
 
 
 def score(target: Target, view: CaptureView, views: list[CaptureView], mask: Mask) -> str:

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
+from servoid.model.finding import depth_by_stereo
 from servoid.model.range_samples import RangeSamples
-from servoid.model.seen_depth import depth_by_stereo
 from servoid.pose import exact
 
 _MARGIN = 1.0  # around the samples, as a share of their width: an object is as deep as wide

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from servoid.capture import Capture, CaptureView, shrunk
 from servoid.errors import TargetError
-from servoid.model.seen_depth import seen_depth
-from servoid.segment import HueTarget, Target, find_with_doubts, undoubted
+from servoid.model.finding import find_in_view
+from servoid.segment import HueTarget, Target, undoubted
 from servoid.words import counted
 
 
@@ -87,7 +87,7 @@ def _found(
 ) -> CaptureView:
     """Return a view with the mask that a target finds in its recorded image."""
     image = view.recorded_image()
-    found = find_with_doubts(target, image, seen_depth(target, view, image, views))
+    found = find_in_view(target, view, image, views)
     if not trusted:
         undoubted(found, target, image)
     elif found.doubt is not None:

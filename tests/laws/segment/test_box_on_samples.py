@@ -49,3 +49,15 @@ def test_a_box_around_the_moving_toy_is_accepted_among_things_of_its_colours(
 def test_a_box_around_the_resting_bird_is_accepted(tmp_path: Path) -> None:
     *found, truth = marked_masks(write_sample(tmp_path / "bird", views=1), 0.05)
     assert min(iou(mask, truth) for mask in found) >= 0.9
+
+
+def test_a_box_says_so_if_another_camera_cannot_tell_its_depth(tmp_path: Path) -> None:
+    folder = write_moving_sample(tmp_path / "toy", Scenario(count=1, size="small"))
+    capture = open_capture(folder)
+    rows, columns = np.nonzero(capture.views()[0].mask())
+    box = BoxTarget(columns.min() - 3, rows.min() - 3, columns.max() + 3, rows.max() + 3)
+    assert mark(capture, [box]).notes == ()
+    _, other = capture.all_views()
+    other.image_path.write_bytes(other.image_path.read_bytes()[:500])
+    notes = " ".join(mark(capture, [box], trusted=True).notes)
+    assert "no depth from" in notes and other.image_path.name in notes

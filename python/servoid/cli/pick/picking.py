@@ -14,7 +14,7 @@ from servoid.capture import CaptureView
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import OutputError, TargetError
-from servoid.model.seen_depth import seen_depth
+from servoid.model.finding import find_in_view
 from servoid.opening import (
     GivenCalibration,
     any_cameras,
@@ -25,7 +25,7 @@ from servoid.opening import (
 from servoid.output import check_file, write_whole
 from servoid.pick import Choice, PickServer, Question
 from servoid.pick.asking import Mark
-from servoid.segment import Found, find_with_doubts
+from servoid.segment import Found
 from servoid.words import counted, digits
 
 
@@ -100,7 +100,7 @@ def _question(order: Order) -> Question:
     seen = [] if is_uncalibrated else views  # stereo needs the cameras' true poses
 
     def seek(mark: Mark) -> Found:
-        return find_with_doubts(mark, image, seen_depth(mark, view, image, seen))
+        return find_in_view(mark, view, image, seen)
 
     return Question(view.name, image, seek)
 

@@ -1,6 +1,7 @@
-"""Measures the depth around a box in a view: by its depth image, or by stereo."""
+"""Finds what a target means in a view, by depth where an image or stereo measures it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,18 +9,18 @@ from numpy.typing import NDArray
 from servoid.camera.ideal import needs_object
 from servoid.capture import CaptureView
 from servoid.errors import CameraError, ImageError, TargetError
-from servoid.segment import BoxTarget, Depth, Target
+from servoid.segment import BoxTarget, Depth, Found, Target, find_with_doubts
 from servoid.segment.boxes import pixels_in, window_around
 from servoid.stereo import rough_depth
 
 
-def seen_depth(
+def find_in_view(
     target: Target, view: CaptureView, image: NDArray[np.uint8], views: Sequence[CaptureView]
-) -> Depth | None:
-    """Measure the depth of the pixels of a recorded image that matter for a target.
+) -> Found:
+    """Find what a target means in the recorded image of a view, by the depth around it as well.
 
-    A depth image has them all. Without one, a box is measured by stereo with another camera's view
-    of the same instant, if the lens has no distortion.
+    A depth image has all of it. Without one, a box is measured by stereo with another camera's view
+    of the same instant, if the lens has no distortion. A note reports what cannot be measured.
 
     Args:
         target: the target, in the pixels of the recorded image.
@@ -28,9 +29,23 @@ def seen_depth(
         views: views that may be of the same instant.
 
     Raises:
+        TargetError: nothing is found.
         CaptureError, ImageError: the view's depth image cannot be used.
 
     """
+    notes: list[str] = []
+    found = find_with_doubts(target, image, _seen_depth(target, view, image, views, notes))
+    return replace(found, notes=(*notes, *found.notes))
+
+
+def _seen_depth(
+    target: Target,
+    view: CaptureView,
+    image: NDArray[np.uint8],
+    views: Sequence[CaptureView],
+    notes: list[str],
+) -> Depth | None:
+    """Measure the depth of the pixels that matter for a target; note why it cannot be measured."""
     metres = view.recorded_depth()
     if metres is not None:
         return Depth(metres, view.lens.focal_px[0])
@@ -43,10 +58,17 @@ def seen_depth(
     region = np.zeros(image.shape[:2], np.uint8)
     region[window.rows, window.columns] = 255
     for twin in views:
-        if twin.index == view.index and twin.camera_name != view.camera_name:
-            metres = _by_stereo(view, image, twin, region)
-            if metres is not None:
-                return Depth(metres, view.lens.focal_px[0])
+        # A lens whose rectified image needs the object's place cannot be used before it is found.
+        is_twin = twin.index == view.index and twin.camera_name != view.camera_name
+        if not is_twin or needs_object(twin.lens):
+            continue
+        try:
+            metres = depth_by_stereo(view, image, twin, region)
+        except ImageError as error:
+            notes.append(f"no depth from {view.name} and {twin.name}: {error}")
+            continue
+        if metres is not None:
+            return Depth(metres, view.lens.focal_px[0])
     return None
 
 
@@ -76,16 +98,4 @@ def depth_by_stereo(
             image, twin.image(), view.camera, twin.camera, here_from_there, mask_a=region
         )
     except (CameraError, TargetError):
-        return None
-
-
-def _by_stereo(
-    view: CaptureView, image: NDArray[np.uint8], twin: CaptureView, region: NDArray[np.uint8]
-) -> NDArray[np.float32] | None:
-    """Do the same without an error; None also if the twin's image needs the object's place."""
-    if needs_object(twin.lens):
-        return None
-    try:
-        return depth_by_stereo(view, image, twin, region)
-    except ImageError:  # then colours alone find the object
         return None

@@ -81,7 +81,7 @@ impl Tracker {
         let camera = object_from_camera(observation, pose);
         let variance = relief.turn_variance(camera, keyframes);
         points.relief_variance = if is_guess { variance } else { 0.0 };
-        relief.hide(&camera, is_guess && !self.settings.known_shape);
+        relief.follow_turn(&camera, is_guess && !self.settings.known_shape);
     }
 
     /// Where sides are seen that are known better than those followed, turns back what was learned
@@ -128,11 +128,11 @@ impl Tracker {
         points.drift_variance + points.noise_variance + (STRAYS * self.motion.turn_sd()).powi(2)
     }
 
-    /// Returns the covariance of a pose due to drift, in the object's frame.
+    /// Returns the covariance of a pose due to drift and to a guessed body, in the object's frame.
     pub(crate) fn drift_covariance(&self) -> Matrix6<f64> {
         let Target { points, relief, solid, .. } = &self.target;
-        let (shift, hidden) = relief.hidden;
-        let turn = (points.turn_variance() + hidden) / 3.0;
+        let (shift, turned) = relief.systematic;
+        let turn = (points.turn_variance() + turned) / 3.0;
         let place = solid.radius.powi(2) * (PLACE * PLACE * turn + shift);
         Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn))
     }

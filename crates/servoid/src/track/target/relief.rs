@@ -12,11 +12,11 @@ pub(crate) const GUESS: (f64, f64) = (0.1, 0.25);
 /// Error of the orientation per radian of rotation, as a standard deviation in radians, where the
 /// body is trusted but nothing confirms it.
 const TURNS_OFF: f64 = 0.15;
-/// Errors that a guessed body leaves in a pose, and no residual shows, as all points share them:
+/// Systematic errors of a pose by a guessed body, which no residual shows, as all points share them:
 /// standard deviations of the orientation per radian of rotation and at most, and of the position in
 /// radii per radian.
-const HIDDEN_TURN: (f64, f64) = (0.35, 0.15);
-const HIDDEN_SHIFT: f64 = 0.1;
+const SYSTEMATIC_TURN: (f64, f64) = (0.35, 0.15);
+const SYSTEMATIC_SHIFT: f64 = 0.1;
 /// Part of the usual share below which an object is about to be lost, and its body is no longer
 /// trusted.
 const DENIED: f64 = 0.6;
@@ -41,8 +41,8 @@ const ALIKE: f64 = 1.5;
 pub(crate) struct Relief {
     /// Whether distances come from motion alone, since the body is not trusted.
     pub(crate) is_open: bool,
-    /// Variances of the position, in radii, and of the orientation that no residual shows.
-    pub(crate) hidden: (f64, f64),
+    /// Variances of the systematic errors of position, in radii, and orientation.
+    pub(crate) systematic: (f64, f64),
     /// Deviation of points from the body by the first keyframes, rms in standard deviations.
     misfit: Option<f64>,
     /// Orientation of the first camera, in the object's frame, at the given pose.
@@ -57,8 +57,8 @@ pub(crate) struct Relief {
 
 impl Relief {
     pub(crate) fn new(is_open: bool) -> Self {
-        let (hidden, misfit, given, usual_noise) = ((0.0, 0.0), None, None, None);
-        Self { is_open, hidden, misfit, given, usual_noise, is_noisy: false, unclear: 0 }
+        let (systematic, misfit, given, usual_noise) = ((0.0, 0.0), None, None, None);
+        Self { is_open, systematic, misfit, given, usual_noise, is_noisy: false, unclear: 0 }
     }
 
     /// Stores the orientation of the first camera, in the object's frame, at the given pose.
@@ -84,14 +84,14 @@ impl Relief {
         told.map_or(guessed, |told| told.min(guessed))
     }
 
-    /// Updates the variances that no residual shows: they grow with the rotation of the first camera,
-    /// in the object's frame, since the pose was given, if its shape is `guessed`.
-    pub(crate) fn hide(&mut self, object_from_camera: &UnitQuaternion<f64>, guessed: bool) {
+    /// Updates the systematic errors: they grow with the rotation of the first camera, in the object's
+    /// frame, since the pose was given, if its shape is `guessed`.
+    pub(crate) fn follow_turn(&mut self, object_from_camera: &UnitQuaternion<f64>, guessed: bool) {
         let angle = self.given.map_or(0.0, |given| given.angle_to(object_from_camera));
         let turned = if guessed { 2.0 * libm::sin(0.5 * angle) } else { 0.0 };
-        let (per_radian, most) = HIDDEN_TURN;
+        let (per_radian, most) = SYSTEMATIC_TURN;
         let (turn, most) = ((per_radian * turned).powi(2), most * most);
-        self.hidden = ((HIDDEN_SHIFT * turned).powi(2), turn * most / (turn + most));
+        self.systematic = ((SYSTEMATIC_SHIFT * turned).powi(2), turn * most / (turn + most));
     }
 
     /// Returns whether the body is trusted though nothing confirms it.
@@ -207,21 +207,24 @@ mod tests {
     }
 
     #[test]
-    fn what_a_guessed_body_hides_grows_with_the_turn_is_bounded_and_is_none_of_a_known_shape() {
+    fn systematic_errors_grow_with_the_turn_are_bounded_and_none_of_a_known_shape() {
         let turned = |angle: f64| UnitQuaternion::from_euler_angles(0.0, angle, 0.0);
         let mut relief = Relief::new(false);
-        relief.hide(&turned(1.0), true);
-        assert_eq!(relief.hidden, (0.0, 0.0), "no pose was given");
+        relief.follow_turn(&turned(1.0), true);
+        assert_eq!(relief.systematic, (0.0, 0.0), "no pose was given");
         relief.begin(turned(0.1));
         let mut before = (0.0, 0.0);
         for step in 1..30 {
-            relief.hide(&turned(0.1 + 0.1 * f64::from(step)), true);
-            let (shift, turn) = relief.hidden;
-            assert!(shift > before.0 && turn > before.1 && turn < HIDDEN_TURN.1.powi(2), "{step}");
-            before = relief.hidden;
+            relief.follow_turn(&turned(0.1 + 0.1 * f64::from(step)), true);
+            let (shift, turn) = relief.systematic;
+            assert!(
+                shift > before.0 && turn > before.1 && turn < SYSTEMATIC_TURN.1.powi(2),
+                "{step}"
+            );
+            before = relief.systematic;
         }
-        relief.hide(&turned(1.0), false);
-        assert_eq!(relief.hidden, (0.0, 0.0), "its shape is known");
+        relief.follow_turn(&turned(1.0), false);
+        assert_eq!(relief.systematic, (0.0, 0.0), "its shape is known");
     }
 
     #[test]

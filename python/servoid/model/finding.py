@@ -35,7 +35,8 @@ def find_in_view(
     """
     notes: list[str] = []
     found = find_with_doubts(target, image, _seen_depth(target, view, image, views, notes))
-    return replace(found, notes=(*notes, *found.notes))
+    doubt = found.doubt and "; ".join((found.doubt, *notes))
+    return replace(found, doubt=doubt, notes=(*notes, *found.notes))
 
 
 def _seen_depth(

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from servoid import model
 from servoid._native import Body, Estimate, Pose, View, poses_from_masks, silhouette_ious
 from servoid.capture import Capture, CaptureView
-from servoid.errors import TrackError
+from servoid.errors import ModelError, TargetError, TrackError
 from servoid.model.marking import mark
 from servoid.model.misfit import center_notes
 from servoid.pose import exact
+from servoid.segment import HueTarget, Target
 from servoid.shape.placed import placed
 from servoid.shape.sizes import body_size_note
 from servoid.source import Instant, cameras_of
@@ -182,6 +183,37 @@ def _looks_otherwise(
 
 
 def _look(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:
+    """Find what is known of an object; errors name the images that cannot be read."""
+    _check_meant(capture, instant, subject.targets)
+    try:
+        return _known(capture, instant, subject, request)
+    except (ModelError, TargetError) as error:
+        if any(image is None for image in instant.images) and instant.notices:
+            error.args = (f"{error}; of observation {instant.index}: {'; '.join(instant.notices)}",)
+        raise
+
+
+def _check_meant(capture: Capture, instant: Instant, targets: Sequence[Target]) -> None:
+    """Check that the first image, which targets mean that name none, can be read.
+
+    Raises:
+        TargetError: it cannot; the next image shows the object elsewhere.
+
+    """
+    views = [view for view in capture.all_views() if view.index == instant.index]
+    names = [camera.name for camera in capture.cameras]
+    unread = [view for view in views if instant.images[names.index(view.camera_name)] is None]
+    meant = [one for one in targets if one.view is None and not isinstance(one, HueTarget)]
+    if meant and views and views[0] in unread:
+        others = [view.name for view in views if view not in unread]
+        raise TargetError(
+            f"the target '{meant[0]}' names no image, so that it is one of {views[0].name}, which "
+            f"cannot be read: {'; '.join(instant.notices)}; replace that image"
+            + (f", or mark the object in another one, such as @{others[0]}" if others else "")
+        )
+
+
+def _known(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:
     usable = _usable(capture, instant)
     only = slice(instant.index, instant.index + 1)
     modelling = model.Request(

@@ -45,6 +45,9 @@ def _errors(metrics: ServoMetrics) -> dict[str, str]:
     if math.isnan(metrics.position_rms):
         what = f"not known: the run ended within the settling time of {metrics.settle_s:g} s"
         return {"repeatability": what, "accuracy": what}
+    if math.isnan(metrics.fixation_rms_px):  # then what is left is a period or two
+        what = f"not known: no observation after the settling time of {metrics.settle_s:g} s"
+        return {"repeatability": what, "accuracy": what}
     true = metrics.accuracy
     return {
         "repeatability": _error(metrics.position_rms, metrics.position_95, metrics.turn_rms)
@@ -55,14 +58,8 @@ def _errors(metrics: ServoMetrics) -> dict[str, str]:
         f"surface {_mm(true.surface)} mm",
         "belief": f"centre of the body {_mm(true.middle_rms)} mm RMS off the object's, surface "
         f"{_mm(true.body)} mm",
-        "fixation": _fixation(metrics),
+        "fixation": f"{metrics.fixation_rms_px:.2f} px RMS",
     }
-
-
-def _fixation(metrics: ServoMetrics) -> str:
-    if math.isnan(metrics.fixation_rms_px):
-        return f"not known: no observation after the settling time of {metrics.settle_s:g} s"
-    return f"{metrics.fixation_rms_px:.2f} px RMS"
 
 
 def _error(rms: float, most: float, turn: float) -> str:

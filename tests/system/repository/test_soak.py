@@ -17,7 +17,7 @@ from servoid.pose import Pose  # noqa: E402
 from servoid.sim import Scenario  # noqa: E402
 
 
-@pytest.mark.parametrize(("grows_mib", "status"), [(0.0, 0), (3.0, 1)])
+@pytest.mark.parametrize(("grows_mib", "status"), [(0.0, 0), (20.0, 1)])
 def test_memory_that_grows_is_found(grows_mib: float, status: int) -> None:
     random, health = np.random.default_rng(0), Health()
     health.memory = [

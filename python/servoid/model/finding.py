@@ -35,8 +35,9 @@ def find_in_view(
     """
     notes: list[str] = []
     found = find_with_doubts(target, image, _seen_depth(target, view, image, views, notes))
-    doubt = found.doubt and "; ".join((found.doubt, *notes))
-    return replace(found, doubt=doubt, notes=(*notes, *found.notes))
+    if found.doubt is not None:  # which depth might have settled
+        return replace(found, doubt="; ".join((found.doubt, *notes)))
+    return replace(found, notes=(*notes, *found.notes))
 
 
 def _seen_depth(

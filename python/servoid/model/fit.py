@@ -1,7 +1,7 @@
 """Models a body from views, from a capture with targets, from a mesh or from a point cloud."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from servoid.model.misfit import center_notes, far_note, swapped_note, touches_a
 from servoid.model.misplaced import Fitted, convention_note, misplaced_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import Coverage, ModelResult
-from servoid.model.running import Progress, in_parallel, run_core
+from servoid.model.running import Progress, ProgressCallback, in_parallel, run_core
 from servoid.pose import exact
 from servoid.words import digits
 
@@ -48,7 +48,7 @@ class Request:
     volume_weight: float | None = None
     depth_weight: float | None = None
     trust_targets: bool = False
-    progress: Callable[[Progress], None] | None = None
+    progress: ProgressCallback | None = None
 
     def settings(self) -> ModelSettings:
         """Return the settings in the core's form."""
@@ -90,7 +90,7 @@ def fit(
     views: slice = slice(None),
     seed: int | None = None,
     threads: int | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: ProgressCallback | None = None,
 ) -> ModelResult:
     """Model a body from the views that the slice `views` selects; the rest only validate it.
 

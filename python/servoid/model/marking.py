@@ -48,7 +48,7 @@ def mark(
     marked: dict[str, CaptureView] = {}
     notes: list[str] = []
     for target in targets:
-        for view in _meant(target, views):
+        for view in views_meant(target, views):
             try:
                 marked[view.name] = _found(target, view, views, notes, trusted=trusted)
             except TargetError:
@@ -117,7 +117,13 @@ def _chosen(
     return views
 
 
-def _meant(target: Target, views: Sequence[CaptureView]) -> list[CaptureView]:
+def views_meant(target: Target, views: Sequence[CaptureView]) -> list[CaptureView]:
+    """List the views to which a target applies: the one that it names, or the first; a hue to all.
+
+    Raises:
+        TargetError: it names none of them.
+
+    """
     if target.view is None:
         return list(views) if isinstance(target, HueTarget) else list(views[:1])
     meant = [view for view in views if view.name == target.view]

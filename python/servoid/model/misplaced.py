@@ -31,7 +31,7 @@ from servoid._native import (
 )
 from servoid.capture import CaptureView
 from servoid.errors import ModelError
-from servoid.model.running import Progress, run_core
+from servoid.model.running import Progress, ProgressCallback, run_core
 
 _GOOD = 0.9  # a mean overlap from which on the order is not doubted
 _HARDLY = 0.7  # a mean overlap from which on the convention of the poses is not doubted
@@ -79,7 +79,7 @@ class Fitted:
 def misplaced_notes(
     fitted: Fitted,
     everywhere: Sequence[CaptureView],
-    progress: Callable[[Progress], None] | None = None,
+    progress: ProgressCallback | None = None,
 ) -> list[str]:
     """Report poses in another order than their images, or pairs of views that are exchanged.
 

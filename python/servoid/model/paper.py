@@ -1,13 +1,13 @@
 """Models by the paper's own method: hue windows, points, and a plain genetic algorithm."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, PaperSettings, Pose, Step, View, fit_paper
 from servoid.errors import MaskError, ModelError, located
-from servoid.model.running import Progress, run_core
+from servoid.model.running import ProgressCallback, run_core
 from servoid.segment.hue import LEAST_SATURATION, LEAST_VALUE, hue_window, match_image
 
 __all__ = ["fit_paper_views", "hue_window", "match_image"]
@@ -22,7 +22,7 @@ def fit_paper_views(
     settings: PaperSettings | None = None,
     least_saturation: float = LEAST_SATURATION,
     least_value: float = LEAST_VALUE,
-    progress: Callable[[Progress], None] | None = None,
+    progress: ProgressCallback | None = None,
 ) -> list[Step]:
     """Model the object of a given hue in images, (H, W, 3) uint8 RGB, each with camera and pose.
 

@@ -24,10 +24,10 @@ class Progress:
     stage: str = "modelling"
 
 
-ProgressReport = Callable[[Progress], None] | None
+ProgressCallback = Callable[[Progress], None]
 
 
-def part_of(report: ProgressReport, first: float, last: float) -> ProgressReport:
+def part_of(report: ProgressCallback | None, first: float, last: float) -> ProgressCallback | None:
     """Return what reports a part of the work, from its first to its last share of the whole."""
     if report is None:
         return None
@@ -40,7 +40,7 @@ class _StoppedError(Exception):
 
 def run_core(
     fit: Callable[[Callable[[int, float, float], None]], list[Step]],
-    progress: Callable[[Progress], None] | None,
+    progress: ProgressCallback | None,
 ) -> list[Step]:
     """Run `fit`, which takes the core's progress callback; call `progress` on the caller's thread.
 

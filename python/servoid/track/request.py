@@ -1,6 +1,5 @@
 """Declares the request of tracking: which objects to track, and how."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -12,7 +11,7 @@ from servoid import _native
 from servoid._native import Body, Pose
 from servoid.config.plausible import distance_fault
 from servoid.errors import TrackError
-from servoid.model import Progress
+from servoid.model.running import ProgressCallback
 from servoid.segment import Target
 from servoid.track.follower import Maker, make_one_step_tracker, make_tracker, one_step_settings
 
@@ -92,7 +91,7 @@ class Request:
     distance_m: float | None = None
     trust_targets: bool = False
     maker: Maker | None = None
-    progress: Callable[[Progress], None] | None = None
+    progress: ProgressCallback | None = None
 
     def __post_init__(self) -> None:
         for name, value in (("every", self.every), ("evolve_every", self.evolve_every)):

@@ -11,10 +11,10 @@ from servoid import model
 from servoid._native import Body, Estimate, Pose, View, poses_from_masks, silhouette_ious
 from servoid.capture import Capture, CaptureView
 from servoid.errors import ModelError, TargetError, TrackError
-from servoid.model.marking import mark
+from servoid.model.marking import mark, views_meant
 from servoid.model.misfit import center_notes
 from servoid.pose import exact
-from servoid.segment import HueTarget, Target
+from servoid.segment import Target
 from servoid.shape.placed import placed
 from servoid.shape.sizes import body_size_note
 from servoid.source import Instant, cameras_of
@@ -194,23 +194,23 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
 
 
 def _check_meant(capture: Capture, instant: Instant, targets: Sequence[Target]) -> None:
-    """Check that the first image, which targets mean that name none, can be read.
+    """Check that the images that targets mean can be read; a hue window may match in the others.
 
     Raises:
-        TargetError: it cannot; the next image shows the object elsewhere.
+        TargetError: one cannot; another image shows the object elsewhere.
 
     """
     views = [view for view in capture.all_views() if view.index == instant.index]
-    names = [camera.name for camera in capture.cameras]
-    unread = [view for view in views if instant.images[names.index(view.camera_name)] is None]
-    meant = [one for one in targets if one.view is None and not isinstance(one, HueTarget)]
-    if meant and views and views[0] in unread:
-        others = [view.name for view in views if view not in unread]
-        raise TargetError(
-            f"the target '{meant[0]}' names no image, so that it is one of {views[0].name}, which "
-            f"cannot be read: {'; '.join(instant.notices)}; replace that image"
-            + (f", or mark the object in another one, such as @{others[0]}" if others else "")
-        )
+    seen = dict(zip((camera.name for camera in capture.cameras), instant.images, strict=True))
+    others = [view.name for view in views if seen[view.camera_name] is not None]
+    for target in targets:
+        meant = views_meant(target, views) if views else []
+        if meant and not any(view.name in others for view in meant):
+            raise TargetError(
+                f"the target '{target}' means {meant[0].name}, which cannot be read: "
+                f"{'; '.join(instant.notices)}; replace that image"
+                + (f", or mark the object in another one, such as @{others[0]}" if others else "")
+            )
 
 
 def _known(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:

@@ -133,7 +133,7 @@ impl Tracker {
         let Target { points, relief, solid, .. } = &self.target;
         let (shift, turned) = relief.systematic;
         let turn = (points.turn_variance() + turned) / 3.0;
-        let place = solid.radius.powi(2) * (PLACE * PLACE * turn + shift);
+        let place = (PLACE * solid.radius).powi(2) * turn + solid.radius.powi(2) * shift;
         Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn))
     }
 }

@@ -9,7 +9,7 @@ from servoid.servo.belief.remembering import RememberingArm
 from servoid.servo.belief.target import TargetEstimate, TargetFilter
 from servoid.servo.controller import Command, Controller
 from servoid.servo.exploration import Exploration, explore
-from servoid.servo.keeping.limited import limited_s
+from servoid.servo.keeping.limited import limited_s, main_limit
 from servoid.servo.keeping.safety import ORDINARY, Reason
 from servoid.servo.law.paper_law import PAPER_LAW, as_the_paper
 from servoid.servo.law.reach import reached
@@ -72,6 +72,7 @@ __all__ = [
     "halt",
     "holds",
     "limited_s",
+    "main_limit",
     "next_viewpoint",
     "off_center",
     "reached",

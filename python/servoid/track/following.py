@@ -166,6 +166,7 @@ class Collector:
                     appearance=one.appearance(),
                     notes=one.notes,
                     starting_s=one.starting_s,
+                    overlap=one.overlap,
                 )
             )
         return results

@@ -55,7 +55,8 @@ class TrackResult:
     the start, which is slower than a step and excluded from all figures of speed. `body` is the
     evolved body at the end, at the newest pose; `appearance` is its appearance, for
     `Tracker.recall`; `notes` are sentences for the user; `starting_s` is the time from the first
-    image to the first estimate, modelling included.
+    image to the first estimate, modelling included; `overlap` is the intersection over union of the
+    body's outline and the masks of the first observation, their mean, None without masks.
     """
 
     name: str
@@ -66,6 +67,7 @@ class TrackResult:
     notes: tuple[str, ...] = ()
     starting_s: float = 0.0
     smoothed: Sequence[Pose] = ()
+    overlap: float | None = None
 
     def __len__(self) -> int:
         return len(self.tracked)

@@ -1,23 +1,23 @@
 """Starts trackers: at a pose, in masks, or with a body modelled from the first observation."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
-from servoid._native import Body, Estimate, Pose, View, poses_from_masks, silhouette_ious
+from servoid._native import Body, Estimate, Pose, View, poses_from_masks
 from servoid.capture import Capture, CaptureView
 from servoid.errors import ModelError, TargetError, TrackError
 from servoid.model.marking import mark, views_meant
 from servoid.model.misfit import center_notes
-from servoid.pose import exact
 from servoid.segment import Target
 from servoid.shape.placed import placed
 from servoid.shape.sizes import body_size_note
 from servoid.source import Instant, cameras_of
+from servoid.track.doubts import body_doubts, is_misfit, looks_otherwise, mask_overlaps, turn_note
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
@@ -26,19 +26,9 @@ from servoid.track.smoothing import smoothed
 Masks = tuple[NDArray[np.uint8] | None, ...]
 
 _LEAST_OVERLAP = 0.1  # of a body and a mask; with less they are different objects
-_TURN = 0.5  # radians between the start and the found pose, above which they differ
-_UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
 _ELSEWHERE = (
     "the given start is not where the mask of the first observation is, so the mask was not used; "
     "if it is the object's mask, correct the start or leave it out"
-)
-_UNLIKE = (
-    "the images at the given start do not match the appearance in the body's file; correct the "
-    "start, or leave it out to search for the object"
-)
-_OTHER = (
-    "the object in the mask does not match the appearance in the body's file: its poses mean "
-    "nothing if it is another object; give that object's own body"
 )
 
 
@@ -47,7 +37,8 @@ class Followed:
     """One object with its tracker and its first estimate.
 
     `starting_s` is the time up to the first estimate, including all that came before it, such as
-    modelling.
+    modelling. `overlap` is the intersection over union of the body's outline and the masks of the
+    first observation, their mean; None without masks.
     """
 
     name: str
@@ -57,6 +48,7 @@ class Followed:
     notes: tuple[str, ...]
     first: Tracked
     starting_s: float
+    overlap: float | None = None
 
     @property
     def body(self) -> Body:
@@ -106,7 +98,7 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
 
     Raises:
         TrackError: a known body has no pose, target, mask or appearance to locate it, it does not
-            fit its mask, or a setting is out of range.
+            fit its mask, the mask is of another object, or a setting is out of range.
         DoubtError: a target may mean several objects, and the request does not trust it.
         TargetError: the object is not marked, or it is not found.
         ModelError, CameraError, ImageError, MaskError: as for `model.fit_capture`.
@@ -116,19 +108,22 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     known = _look(capture, instant, subject, request)
     cameras = cameras_of(capture)
     make = request.maker or request.method.maker
-    # The outline tells nothing of a turn that it did not even tell at the start.
-    meant = replace(subject, known_shape=False) if known.others else subject
+    overlap = _overlap(capture, instant, known)
+    # The outline tells nothing of a turn that it did not even tell at the start, and a body that
+    # does not fit is not the object's shape.
+    is_known = subject.known_shape and not known.others and not is_misfit(overlap)
+    meant = replace(subject, known_shape=is_known)
     options = request.options(meant)
     tracker = make(cameras, known.body, options)
     called = time.perf_counter()
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
-    unlike = known.pose is not None and _looks_otherwise(
+    is_unlike = known.pose is not None and looks_otherwise(
         lambda: make(cameras, known.body, options), instant, subject, known.pose
     )
-    doubts = [_OTHER if subject.start is None else _UNLIKE] if unlike else []
+    doubts = body_doubts(subject, overlap, is_unlike=is_unlike)
     if known.pose is not None and known.others and subject.appearance is None:
-        doubts.append(_turn_note(known.pose, known.others))
+        doubts.append(turn_note(known.pose, known.others))
     return Followed(
         name=subject.name,
         tracker=tracker,
@@ -142,6 +137,7 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
             notices=instant.with_notices(estimate.notices),
         ),
         starting_s=done - begun,
+        overlap=overlap,
     )
 
 
@@ -160,26 +156,6 @@ def _first_estimate(
         )
     tracker.recall(subject.appearance)
     return tracker.find(now, poses, images, **depths)
-
-
-def _looks_otherwise(
-    make: Callable[[], Follower], instant: Instant, subject: Subject, pose: Pose
-) -> bool:
-    """Return whether the object's stored appearance is not found near the pose of the start."""
-    if subject.body is None or subject.appearance is None:
-        return False
-    probe = make()
-    if not isinstance(probe, Rememberer):
-        return False
-    now, poses, images = instant.time_s, instant.world_from_camera, instant.images
-    try:
-        probe.recall(subject.appearance)
-        found = probe.find(now, poses, images, pose, **depths_for(probe, instant))
-    except TrackError:  # the stored appearance does not fit these cameras: no conclusion
-        return False
-    off = (pose.inverse() @ found.world_from_object).log()
-    near = exact.norm(off[:3]) < subject.body.radii.max() and exact.norm(off[3:]) < _TURN
-    return found.confidence < _UNSEEN or not bool(near)
 
 
 def _look(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:
@@ -245,8 +221,8 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
         masks = _masks(usable, views)
     start = subject.start
     if masks is not None and start is not None:
-        there = _touches(capture, instant, placed(subject.body, start), masks)
-        if not there:
+        overlaps = mask_overlaps(capture, instant, placed(subject.body, start), masks)
+        if overlaps.size and overlaps.max() <= _LEAST_OVERLAP:
             return _Known(subject.body, start, None, subject.colors, (*notes, _ELSEWHERE))
     if start is not None:
         return _Known(subject.body, start, masks, subject.colors, notes)
@@ -254,26 +230,12 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
     return _Known(subject.body, pose, masks, subject.colors, notes, tuple(others))
 
 
-def _touches(capture: Capture, instant: Instant, body: Body, masks: Masks) -> bool:
-    """Return whether a body overlaps, in any camera, a mask that may be its own."""
-    views = [
-        View(camera=camera, world_from_camera=pose, mask=mask)
-        for camera, pose, mask in zip(
-            cameras_of(capture), instant.world_from_camera, masks, strict=True
-        )
-        if mask is not None
-    ]
-    return not views or bool(silhouette_ious(body, views).max() > _LEAST_OVERLAP)
-
-
-def _turn_note(pose: Pose, others: Sequence[Pose]) -> str:
-    """Report that the orientation at the start may be another one."""
-    turns = [exact.norm((pose.inverse() @ other).log()[3:]) for other in others]
-    return (
-        "the body fits its mask in other orientations about as well, turned by up to "
-        f"{np.degrees(max(turns)):.0f} degrees from the one that is used, so that all poses may be "
-        "turned by as much; give its pose as a start, or a body that was saved with its appearance"
-    )
+def _overlap(capture: Capture, instant: Instant, known: _Known) -> float | None:
+    """Return by how much a body at its pose overlaps its masks, the mean; None if it has none."""
+    if known.pose is None or known.masks is None:
+        return None
+    overlaps = mask_overlaps(capture, instant, placed(known.body, known.pose), known.masks)
+    return float(overlaps.mean()) if overlaps.size else None
 
 
 def _placed(

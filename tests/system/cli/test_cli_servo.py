@@ -301,6 +301,18 @@ def test_what_was_not_measured_is_not_known(servoid_command: Command, tmp_path: 
 
 
 @pytest.mark.extended
+def test_a_goal_out_of_reach_is_said_before_all_errors(
+    servoid_command: Command, tmp_path: Path
+) -> None:
+    far = {"run.goal": (0.0, 0.0, 5.0), "run.seconds": 1.0}
+    (tmp_path / "far.toml").write_text(trial_toml(small_settings(SHORT | far)))
+    outcome = servoid_command("servo", "--config", tmp_path / "far.toml", "--out", tmp_path / "a")
+    rows = rows_of(outcome)
+    assert rows["not reached"].startswith("the arm does not reach the goal, for 0.")
+    assert list(rows).index("not reached") < list(rows).index("repeatability")
+
+
+@pytest.mark.extended
 def test_what_was_done_until_an_interrupt_is_written(
     servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from servoid.servo import Reason, ServoMetrics, limited_s
+from servoid.servo import Reason, ServoLog, ServoMetrics, limited_s, main_limit
 from servoid.sim.trial import ServoTrial
 
 _LABEL_WIDTH = 14
@@ -26,6 +26,7 @@ def print_servo_summary(
     rows = {
         "world": "ideal" if world.ideal else "with the errors of a laboratory, [world.lab]",
         "modelled": f"{parts}, from {place}",
+        **_unreached(trial.log),
         **_errors(metrics),
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
         "held": _held(metrics),
@@ -77,6 +78,15 @@ def _held(metrics: ServoMetrics) -> str:
     reasons = {reason.value for hold in metrics.holds for reason in hold.reasons}
     times = "once" if len(metrics.holds) == 1 else f"{len(metrics.holds)} times"
     return f"{times}, {metrics.held_s:.2f} s in all: {'; '.join(sorted(reasons))}"
+
+
+def _unreached(log: ServoLog) -> dict[str, str]:
+    """Describe a goal that the arm did not reach, before all errors, which follow from it."""
+    limit = main_limit(log)
+    if limit is None or limit[0] is not Reason.UNREACHABLE:
+        return {}
+    lasted = float(log.times[-1] - log.times[0])
+    return {"not reached": f"{limit[0].value}, for {limit[1]:.2f} of {lasted:.2f} s"}
 
 
 def _limited(seconds: Mapping[Reason, float]) -> dict[str, str]:

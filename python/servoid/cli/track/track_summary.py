@@ -84,7 +84,8 @@ def _rows(result: TrackResult) -> Iterator[Row]:
     yield from _wrapped("not tracked", _gaps(result.gaps))
     if result.tracked_count <= 1 < len(result):
         yield from _wrapped("note", _NOWHERE)
-    yield "start", f"{result.starting_s:.2f} s, {counted(len(result.body), 'ellipsoid')}"
+    fits = "" if result.overlap is None else f", silhouette IoU {result.overlap:.2f}"
+    yield "start", f"{result.starting_s:.2f} s, {counted(len(result.body), 'ellipsoid')}{fits}"
     if len(result) > 1:
         yield from _speed(result)
     if result.evolutions:

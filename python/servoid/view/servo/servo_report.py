@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from servoid.errors import OutputError
 from servoid.output import write_whole
-from servoid.servo import Hold, Reason, ServoLog, holds, limited_s
+from servoid.servo import Hold, ServoLog, holds, limited_s, main_limit
 from servoid.view.page_parts import fill, image, notes_list, picture, verdict_list
 
 _NAME = "report.html"
@@ -94,19 +94,16 @@ def _verdict(log: ServoLog) -> list[str]:
         return ["The error of the hand is unknown: it had no goal in the second half of the run."]
     held = sum(hold.seconds for hold in holds(log))
     lasted = float(times[-1] - times[0])
-    limits = limited_s(log)
+    limit = main_limit(log)
     sentences = [
         f"In the second half of the run the hand was {np.median(known):.1f} mm from its goal "
         f"(median), {np.quantile(known, 0.95):.1f} mm at 95 %; "
         + (f"it was held for {held:.1f} of {lasted:.1f} s." if held else "it was never held.")
     ]
-    if limits:
-        most = max(limits, key=lambda reason: limits[reason])
-        # A goal that is out of reach also causes other limits to act.
-        if limits.get(Reason.UNREACHABLE, 0.0) >= 0.5 * limits[most]:
-            most = Reason.UNREACHABLE
+    if limit is not None:
+        reason, seconds = limit
         sentences.append(
-            f"Its most frequent limit, for {limits[most]:.1f} of {lasted:.1f} s: {most.value}."
+            f"Its most frequent limit, for {seconds:.1f} of {lasted:.1f} s: {reason.value}."
         )
     return sentences
 

@@ -77,6 +77,7 @@ class TrackFigures:
             "ellipsoids": len(result.body),
             "evolutions": result.evolutions,
             "starting_s": result.starting_s,
+            "starting_iou": result.overlap,
             "step_s": {
                 "median": finite(result.step_percentile(50.0)),
                 "p95": finite(result.step_percentile(95.0)),

@@ -21,6 +21,7 @@ from servoid.servo import (
     ServoRow,
     ServoSettings,
     limited_s,
+    main_limit,
 )
 from servoid.servo import Tick as ControlTick
 from servoid.servo.law.moving import shifted_and_turned
@@ -127,3 +128,6 @@ def test_a_log_says_for_how_long_bounds_kept_the_hand_from_its_goal() -> None:
     for reason, seconds in found.items():
         count = sum(reason in reasons for reasons in reported)
         assert seconds == pytest.approx(count * loop.arm.period_s)
+    # Other bounds act longer on a hand that hastens to a goal which it cannot reach.
+    assert main_limit(log) == (Reason.UNREACHABLE, found[Reason.UNREACHABLE])
+    assert main_limit(ServoLog.of(loop.arm)) is None

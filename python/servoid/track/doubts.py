@@ -1,0 +1,117 @@
+"""Doubts whether a given body is that of the object which is to be followed, and placed right."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from servoid._native import Body, Pose, View, silhouette_ious
+from servoid.capture import Capture
+from servoid.errors import TrackError
+from servoid.pose import exact
+from servoid.source import Instant, cameras_of
+from servoid.track.follower import Follower, Rememberer, depths_for
+from servoid.track.request import Subject
+
+_GOOD_OVERLAP = 0.85  # of a body and its own masks, 0.93 to 0.97; other bodies reach 0.5 to 0.95
+_TURN = 0.5  # radians between the start and the found pose, above which they differ
+_UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
+_UNLIKE = (
+    "the images at the given start do not match the appearance in the body's file; correct the "
+    "start, or leave it out to search for the object"
+)
+_OTHER = (
+    "the object in the mask does not match the appearance in the body's file: its poses mean "
+    "nothing if it is another object; give that object's own body"
+)
+_STRANGER = (
+    "the object in the mask is not the one in the body's file: it does not match its appearance, "
+    "and its outline overlaps the mask by {overlap:.2f} only (intersection over union, its own "
+    "body reaches about 0.9); give that object's own body, or no body, to model it from this "
+    "observation"
+)
+_MISFIT = (
+    "the outline of the body overlaps the mask by {overlap:.2f} only (intersection over union, the "
+    "object's own body reaches about 0.9): poses are wrong by as much as they differ, and mean "
+    "nothing if it is another object; check the body and the mask"
+)
+_MISPLACED = (
+    "the outline of the body at the given start overlaps the mask by {overlap:.2f} only "
+    "(intersection over union, at the object's own pose it is about 0.9): poses are wrong by as "
+    "much as they differ; check start, body and mask"
+)
+
+
+def is_misfit(overlap: float | None) -> bool:
+    """Return whether a body overlaps its masks by less than the object's own body does."""
+    return overlap is not None and overlap < _GOOD_OVERLAP
+
+
+def body_doubts(subject: Subject, overlap: float | None, *, is_unlike: bool) -> list[str]:
+    """Report a given body that is probably not the object's, or not where the object is.
+
+    `overlap` is the intersection over union of its outline and the masks, None without masks;
+    `is_unlike` says that its appearance is not that of the object.
+
+    Raises:
+        TrackError: neither its appearance nor its outline is that of the object in the mask.
+
+    """
+    is_placed = subject.start is not None
+    misfits = subject.body is not None and is_misfit(overlap)
+    if is_unlike and misfits and not is_placed:
+        raise TrackError(_STRANGER.format(overlap=overlap))
+    doubts = [_UNLIKE if is_placed else _OTHER] if is_unlike else []
+    if misfits:
+        doubts.append((_MISPLACED if is_placed else _MISFIT).format(overlap=overlap))
+    return doubts
+
+
+def turn_note(pose: Pose, others: Sequence[Pose]) -> str:
+    """Report that the orientation at the start may be another one."""
+    turns = [exact.norm((pose.inverse() @ other).log()[3:]) for other in others]
+    return (
+        "the body fits its mask in other orientations about as well, turned by up to "
+        f"{np.degrees(max(turns)):.0f} degrees from the one that is used, so that all poses may be "
+        "turned by as much; give its pose as a start, or a body that was saved with its appearance"
+    )
+
+
+def mask_overlaps(
+    capture: Capture,
+    instant: Instant,
+    body: Body,
+    masks: Sequence[NDArray[np.uint8] | None],
+) -> NDArray[np.float64]:
+    """Return the intersection over union of a body's outline and each mask, (M,) float64.
+
+    `masks` has one entry per camera of the capture, None where there is no mask.
+    """
+    views = [
+        View(camera=camera, world_from_camera=pose, mask=mask)
+        for camera, pose, mask in zip(
+            cameras_of(capture), instant.world_from_camera, masks, strict=True
+        )
+        if mask is not None
+    ]
+    return silhouette_ious(body, views) if views else np.empty(0)
+
+
+def looks_otherwise(
+    make: Callable[[], Follower], instant: Instant, subject: Subject, pose: Pose
+) -> bool:
+    """Return whether the object's stored appearance is not found near the pose of the start."""
+    if subject.body is None or subject.appearance is None:
+        return False
+    probe = make()
+    if not isinstance(probe, Rememberer):
+        return False
+    now, poses, images = instant.time_s, instant.world_from_camera, instant.images
+    try:
+        probe.recall(subject.appearance)
+        found = probe.find(now, poses, images, pose, **depths_for(probe, instant))
+    except TrackError:  # the stored appearance does not fit these cameras: no conclusion
+        return False
+    off = (pose.inverse() @ found.world_from_object).log()
+    near = exact.norm(off[:3]) < subject.body.radii.max() and exact.norm(off[3:]) < _TURN
+    return found.confidence < _UNSEEN or not bool(near)

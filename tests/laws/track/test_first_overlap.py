@@ -1,0 +1,64 @@
+"""A given body is compared with the masks of the first observation before it is believed."""
+
+from pathlib import Path
+
+import pytest
+from recordings import Alone, pose_text, run_servoid
+
+from servoid.capture import open_capture
+from servoid.errors import TrackError
+from servoid.pose import Pose
+from servoid.shape import Body, load_body, save_body
+from servoid.sim import write_sample
+from servoid.track import Request, Subject, track_capture
+
+
+def words_of(folder: Path, alone: Alone, *options: object) -> str:
+    """Return what a track of the first two images prints, in one line."""
+    arguments = ("track", alone.recording.folder, "--observations", ":2", *options)
+    return " ".join(run_servoid(folder, *arguments).split())
+
+
+def without_its_look(folder: Path, alone: Alone, stretch: float = 1.0) -> Path:
+    """Save the toy's body alone, stretched along one axis."""
+    known = load_body(alone.folder / "body.json").body()
+    centers, radii = known.centers.copy(), known.radii.copy()
+    centers[:, 0] *= stretch
+    body = Body(
+        world_from_object=known.world_from_object,
+        centers=centers,
+        rotations=known.rotations,
+        radii=radii,
+    )
+    save_body(folder / "body.json", body)
+    return folder / "body.json"
+
+
+def test_the_summary_says_how_well_a_body_fits_its_mask(alone: Alone, tmp_path: Path) -> None:
+    for options in ((), ("--body", without_its_look(tmp_path, alone))):
+        words = words_of(tmp_path, alone, *options)
+        assert 0.85 < float(words.split("silhouette IoU ")[1][:4]) <= 1.0
+        assert "overlaps the mask by" not in words
+
+
+def test_a_body_of_another_shape_than_its_mask_is_doubted(alone: Alone, tmp_path: Path) -> None:
+    body = without_its_look(tmp_path, alone, stretch=3.0)
+    assert "overlaps the mask by 0." in words_of(tmp_path, alone, "--body", body)
+
+
+def test_a_body_beside_its_mask_is_doubted(alone: Alone, tmp_path: Path) -> None:
+    first = alone.points[0].world_from_object
+    for aside_m, is_doubted in ((0.0, False), (0.02, True)):
+        start = pose_text(Pose.exp([aside_m, 0.0, 0.0, 0.0, 0.0, 0.0]) @ first)
+        words = words_of(tmp_path, alone, "--body", alone.folder / "body.json", "--start", start)
+        assert ("at the given start overlaps the mask by 0." in words) == is_doubted
+
+
+def test_an_object_that_neither_looks_nor_fits_like_the_body_is_refused(
+    alone: Alone, tmp_path: Path
+) -> None:
+    write_sample(tmp_path / "bird")
+    file = load_body(alone.folder / "body.json")
+    subject = Subject(body=file.body(), appearance=file.look())
+    with pytest.raises(TrackError, match=r"is not the one in the body's file.* by 0"):
+        track_capture(open_capture(tmp_path / "bird"), [subject], Request(seed=0))

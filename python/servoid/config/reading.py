@@ -1,5 +1,6 @@
 """Reads whole files and the text of TOML and JSON; never opens pipes, devices or huge files."""
 
+import json
 import re
 import stat
 from pathlib import Path
@@ -120,7 +121,7 @@ def read_json(path: Path, error: type[ServoidError], limit: FileLimit) -> Any:
     try:
         data = msgspec.json.decode(content)
     except (msgspec.DecodeError, UnicodeDecodeError) as reason:
-        raise error(f"{path} is not valid JSON: {reason}") from reason
+        raise error(f"{path} is not valid JSON: {_json_fault(content, reason)}") from reason
     except RecursionError as reason:
         raise _too_deep(path, error) from reason
     _check_depth(path, data, error)
@@ -165,3 +166,18 @@ def _too_large(path: Path, error: type[ErrorT], limit: FileLimit) -> ErrorT:
         f"cannot read {path}: it has more than {limit.text}, the most for {limit.what}; give a "
         "smaller file"
     )
+
+
+def _json_fault(content: bytes, reason: Exception) -> str:
+    """Describe what is wrong in JSON, with its place, which the fast parser seldom tells."""
+    if not content.strip():
+        return "the file is empty"
+    try:
+        json.loads(content)
+    except json.JSONDecodeError as fault:
+        return f"{fault.msg} (at line {fault.lineno}, column {fault.colno})"
+    except UnicodeDecodeError:
+        return "the file is not UTF-8 text"
+    except RecursionError:  # the fast parser found another fault before
+        pass
+    return str(reason)

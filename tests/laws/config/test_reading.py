@@ -226,3 +226,20 @@ def test_the_page_of_errors_lists_every_limit() -> None:
         assert table[what] == str(most)
     assert issubclass(CaptureError, ServoidError)
     assert SETTINGS_FILE in FILE_LIMITS and IMAGE_FILE in FILE_LIMITS
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b'{"version": 1,\n "body": ', r"Expecting value \(at line 2, column 10\)"),
+        (b"hello", r"Expecting value \(at line 1, column 1\)"),
+        (b" \n", "the file is empty"),
+        (b'{"version": "\xff"}', "the file is not UTF-8 text"),
+        (b'{"version": NaN}', "."),
+    ],
+)
+def test_a_fault_in_json_is_told_with_its_place(tmp_path: Path, content: bytes, said: str) -> None:
+    path = tmp_path / "body.json"
+    path.write_bytes(content)
+    with pytest.raises(BodyError, match=rf"body\.json is not valid JSON: ({said})"):
+        read_json(path, BodyError, BODY_FILE)

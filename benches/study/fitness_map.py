@@ -13,7 +13,6 @@ import numpy as np
 from servoid._native import Body, PaperSettings, Pose, Tracker, TrackSettings, View, paper_scores
 from servoid.segment.hue import hue_window, match_image
 from servoid_experiments.paper.eye_pair import (
-    EyeMode,
     EyePair,
     Moment,
     PairSettings,
@@ -23,6 +22,7 @@ from servoid_experiments.paper.eye_pair import (
 )
 from servoid_experiments.paper.maps.case import MapTrial
 from servoid_experiments.paper.maps.places import Places
+from servoid_experiments.stage import EyeMode
 
 RUNS = 3
 

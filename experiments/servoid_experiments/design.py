@@ -1,18 +1,82 @@
-"""The definition of a study: settings, the trials that they require, and the report."""
+"""The definition of a study: settings, the trials that they require, and what it reports.
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Generic, TypeVar
+A report is data: verdicts, pictures and tables.
+"""
+
+import csv
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Annotated, Any, Generic, TypeVar
 
 import msgspec
+from msgspec import Meta
 
-from servoid.batch import Done, Results, Work
-from servoid_experiments.report import Section
-
-__all__ = ["Done", "Results", "Study", "Work"]
+from servoid.batch import Experiment, Results, Work
 
 SettingsT = TypeVar("SettingsT", bound=msgspec.Struct)
+RowT = TypeVar("RowT", bound=msgspec.Struct)
+
+Count = Annotated[int, Meta(ge=1)]
+NotNegative = Annotated[float, Meta(ge=0.0)]
+Positive = Annotated[float, Meta(gt=0.0)]
+
+Cell = str | float | int | None
+
+
+class Verdict(Enum):
+    """How a result relates to the paper's claim."""
+
+    AGREES = "agrees"
+    PARTLY = "agrees in part"
+    DIFFERS = "differs"
+    BEYOND = "goes beyond"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of cells below headings; `name` is that of its CSV file, without the suffix.
+
+    None is an unknown cell, and inf one beyond all that was tried. Without a caption, a table is
+    not on the page.
+    """
+
+    name: str
+    headings: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    caption: str = ""
+
+    def csv(self) -> bytes:
+        """Return the table as the bytes of a CSV file, numbers with six digits."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(self.headings)
+        writer.writerows([_written(cell, 6) for cell in row] for row in self.rows)
+        return text.getvalue().encode()
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG file, a caption that describes what it shows, and the numbers in it.
+
+    `name` is that of the file, without the suffix.
+    """
+
+    name: str
+    caption: str
+    png: bytes
+    numbers: Table | None = None
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a study's page: pictures and tables, and which claims of the paper they confirm."""
+
+    heading: str
+    findings: Mapping[str, Verdict] = field(default_factory=dict)
+    pictures: Sequence[Picture] = ()
+    tables: Sequence[Table] = ()
 
 
 @dataclass(frozen=True)
@@ -20,9 +84,9 @@ class Study(Generic[SettingsT]):
     """A question that is answered by trials.
 
     `settings` is a frozen msgspec struct whose defaults are the whole study; `quick` are settings
-    of a small one that takes seconds. `plan` returns the trials for settings. `report` draws
-    figures into a folder and returns the sections of the study's page, whose tables are its data;
-    it omits failed trials, which have no row.
+    of a small one that takes seconds. `plan` returns the trials for settings. `report` returns the
+    sections of the study's page, whose pictures and tables are its data; it omits failed trials,
+    which have no row.
     """
 
     name: str
@@ -31,4 +95,25 @@ class Study(Generic[SettingsT]):
     settings: type[SettingsT]
     quick: SettingsT
     plan: Callable[[SettingsT], Sequence[Work]]
-    report: Callable[[SettingsT, Results, Path], Sequence[Section]]
+    report: Callable[[SettingsT, Results], Sequence[Section]]
+
+
+def rows_of(results: Results, experiment: Experiment[Any, RowT], **fields: Any) -> list[RowT]:
+    """Return the rows of an experiment's successful trials whose cases have such fields."""
+    return [
+        one.row
+        for one in results.get(experiment.name, ())
+        if one.row is not None
+        and all(getattr(one.case, name) == value for name, value in fields.items())
+    ]
+
+
+def shown(cell: Cell) -> str:
+    """Format a cell for a page."""
+    return "-" if cell is None else _written(cell, 4)
+
+
+def _written(cell: Cell, digits: int) -> str:
+    if cell is None:
+        return ""
+    return f"{cell:.{digits}g}" if isinstance(cell, float) else str(cell)

@@ -1,15 +1,13 @@
 """Writes the page of a study: one self-contained file."""
 
-import base64
 import html
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from servoid.errors import OutputError
 from servoid.output import write_whole
-from servoid.view.page_parts import fill_text, notes_list
-from servoid_experiments.report import Picture, Section, Table, shown
+from servoid.view.page_parts import fill_text, image, notes_list, wide
+from servoid_experiments.design import Picture, Section, Table, shown
 
 # The caption below describes the figure; the text for screen readers does not repeat it.
 _SHOWN = "A picture of what the caption says; its numbers are in the tables of this section"
@@ -30,7 +28,7 @@ def write_study_page(
     page shows at the top.
 
     Raises:
-        OutputError: the page cannot be written, or a picture cannot be read.
+        OutputError: the page cannot be written.
 
     """
     parts = {
@@ -50,9 +48,9 @@ def write_study_page(
 def _contents(number: int, section: Section) -> str:
     """Return an entry that links to a section, with its verdicts below."""
     verdicts = "".join(
-        f'<li><span class="{one.verdict.name.lower()}">{html.escape(one.verdict.value)}:</span> '
-        f"{html.escape(one.claim)}</li>"
-        for one in section.findings
+        f'<li><span class="{verdict.name.lower()}">{html.escape(verdict.value)}:</span> '
+        f"{html.escape(claim)}</li>"
+        for claim, verdict in section.findings.items()
     )
     inner = f"<ul>{verdicts}</ul>" if verdicts else ""
     return f'<li><a href="#s{number}">{html.escape(section.heading)}</a>{inner}</li>'
@@ -61,22 +59,14 @@ def _contents(number: int, section: Section) -> str:
 def _section(number: int, section: Section) -> str:
     parts = [f'<h2 id="s{number}">{html.escape(section.heading)}</h2>']
     parts += map(_picture, section.pictures)
-    parts += map(_table, section.tables)
+    parts += [_table(one) for one in section.tables if one.caption]
     return "\n".join(parts)
 
 
 def _picture(picture: Picture) -> str:
-    try:
-        data = base64.b64encode(picture.file.read_bytes()).decode()
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot put {picture.file} into the page: {reason}") from error
-    caption = html.escape(picture.caption)
-    return (
-        f'<figure><div class="wide" role="region" tabindex="0" aria-label="{caption}">'
-        f'<img alt="{_SHOWN}" src="data:image/png;base64,{data}"></div>\n'
-        f"<figcaption>{caption}</figcaption></figure>"
-    )
+    element = wide(image(picture.png, _SHOWN), picture.caption)
+    caption = f"<figcaption>{html.escape(picture.caption)}</figcaption>"
+    return f"<figure>{element}\n{caption}</figure>"
 
 
 def _table(table: Table) -> str:
@@ -84,15 +74,13 @@ def _table(table: Table) -> str:
     numeric = [any(isinstance(one, float | int) for one in column) for column in columns]
     marks = [' class="number"' if one else "" for one in numeric]
     heads = _cells("th", table.headings, [f' scope="col"{mark}' for mark in marks])
-    rows = "\n".join(
-        f"<tr>{_cells('td', [shown(cell) for cell in row], marks)}</tr>" for row in table.rows
-    )
+    body = "\n".join(f"<tr>{_cells('td', map(shown, row), marks)}</tr>" for row in table.rows)
     return (
         f'<div class="scroll"><table><caption>{html.escape(table.caption)}</caption>\n'
-        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>"
+        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>"
     )
 
 
-def _cells(tag: str, texts: Sequence[str], marks: Sequence[str]) -> str:
+def _cells(tag: str, texts: Iterable[str], marks: Sequence[str]) -> str:
     pairs = zip(texts, marks, strict=True)
     return "".join(f"<{tag}{mark}>{html.escape(text)}</{tag}>" for text, mark in pairs)

@@ -14,17 +14,16 @@ from servoid.config.strict import read_toml
 from servoid.errors import StudyError
 from servoid.output import make_folder, write_together, write_whole
 from servoid.servo import settings_toml
-from servoid_experiments.design import Study
+from servoid_experiments.design import Section, Study, Table
 from servoid_experiments.page import write_study_page
-from servoid_experiments.report import Section, csv_of
 
 STUDIES = {
     "paper": ("servoid_experiments.paper.study", "PAPER"),
-    "bode": ("servoid_experiments.bode", "BODE"),
-    "track": ("servoid_experiments.tracking", "TRACK"),
-    "model": ("servoid_experiments.modelling", "MODEL"),
+    "bode": ("servoid_experiments.bode.report", "BODE"),
+    "track": ("servoid_experiments.tracking.study", "TRACK"),
+    "model": ("servoid_experiments.modelling.study", "MODEL"),
 }
-_SETTINGS, _VERDICTS = "study.toml", "verdicts.csv"
+_SETTINGS = "study.toml"
 _MOST_FAILURES = 3  # listed in full
 
 
@@ -82,8 +81,8 @@ def run_study(
     text = settings_toml(settings)
     write_whole(place / _SETTINGS, text.encode())
     results = run_batch(study.plan(settings), place, workers, watch)
-    sections = tuple(study.report(settings, results, place))
-    write_together(_tables(sections, place))
+    sections = tuple(study.report(settings, results))
+    write_together(_files(sections, place))
     failures = _failures(results)
     page = write_study_page(
         place, study.title, sections, question=study.question, settings=text, notes=_notes(failures)
@@ -91,15 +90,22 @@ def run_study(
     return StudyReport(sections, page, sum(map(len, results.values())), failures)
 
 
-def _tables(sections: Sequence[Section], folder: Path) -> dict[Path, bytes]:
-    """Return the CSV file of each table, and of the verdicts if there are any."""
-    found = {folder / f"{one.name}.csv": one.csv() for part in sections for one in part.tables}
+def _files(sections: Sequence[Section], folder: Path) -> dict[Path, bytes]:
+    """Return the pictures, their numbers, the tables, and the verdicts if there are any."""
+    pictures = [one for part in sections for one in part.pictures]
+    tables = [one.numbers for one in pictures if one.numbers is not None]
+    tables += [one for part in sections for one in part.tables]
     verdicts = [
-        (part.heading, one.claim, one.verdict.value) for part in sections for one in part.findings
+        (part.heading, claim, verdict.value)
+        for part in sections
+        for claim, verdict in part.findings.items()
     ]
     if verdicts:
-        found[folder / _VERDICTS] = csv_of(("section", "claim", "verdict"), verdicts)
-    return found
+        tables.append(Table("verdicts", ("section", "claim", "verdict"), verdicts))
+    return {
+        **{folder / f"{one.name}.png": one.png for one in pictures},
+        **{folder / f"{one.name}.csv": one.csv() for one in tables},
+    }
 
 
 def _failures(results: Results) -> tuple[str, ...]:

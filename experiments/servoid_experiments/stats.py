@@ -1,13 +1,10 @@
 """Statistics over several seeds, as used by all studies."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
-
-RowT = TypeVar("RowT")
 
 _SURE = 0.975  # both tails leave 95 %
 
@@ -50,11 +47,21 @@ def spread_of(values: Iterable[float | None]) -> Spread | None:
     return Spread(len(known), float(np.mean(known)), _half(known), *extremes)
 
 
-def over(rows: Sequence[RowT], take: Callable[[RowT], float]) -> Spread:
-    """Return the statistics of a figure over one or more rows."""
-    found = spread_of(take(row) for row in rows)
-    assert found is not None, "no rows"
+def over(values: Iterable[float]) -> Spread:
+    """Return the statistics of one or more values."""
+    found = spread_of(values)
+    assert found is not None, "no values"
     return found
+
+
+def interval_headings(names: Iterable[str]) -> list[str]:
+    """Return the headings of means and of the half widths of their intervals."""
+    return [heading for name in names for heading in (name, f"{name}_95_half_width")]
+
+
+def interval_cells(spreads: Iterable[Spread]) -> list[float | None]:
+    """Return means and the half widths of their intervals."""
+    return [cell for one in spreads for cell in (one.mean, one.half)]
 
 
 def _half(values: Sequence[float]) -> float | None:

@@ -80,8 +80,8 @@ def _print_report(study: Study[Any], report: StudyReport, folder: Path) -> None:
     typer.echo(study.title)
     for section in report.sections:
         typer.echo(f"\n{section.heading}")
-        for finding in section.findings:
-            _print_words(f"{finding.verdict.value}: {finding.claim}", "- ")
+        for claim, verdict in section.findings.items():
+            _print_words(f"{verdict.value}: {claim}", "- ")
     typer.echo()
     for failure in report.failures:
         _print_words(f"failed: {failure}")

@@ -1,23 +1,23 @@
 """The study as a whole, which reports runs that were made up."""
 
 import csv
-from pathlib import Path
+import io
 from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
 
+from servoid.batch import Done, Results
 from servoid.config.strict import convert
 from servoid.errors import StudyError
 from servoid.servo import settings_toml
-from servoid_experiments.bode import BODE, BodeSettings
+from servoid_experiments.bode.curves import HALF_POWER, leaving
 from servoid_experiments.bode.margin import MARGIN, SERVOID, MarginCase, MarginRow
-from servoid_experiments.bode.planning import HALF, MAPS, VARIANTS
+from servoid_experiments.bode.plan import HALF, MAPS, VARIANTS, BodeSettings
+from servoid_experiments.bode.report import BODE
 from servoid_experiments.bode.response import RESPONSE, Answer, ResponseCase, ResponseRow
-from servoid_experiments.bode.spread import HALF_POWER, leaving
-from servoid_experiments.design import Done, Results
-from servoid_experiments.report import Section, Table, Verdict
+from servoid_experiments.design import Section, Table, Verdict
 
 SMALL = BODE.quick
 CORNER_HZ = {True: 4.0, False: 0.5}
@@ -74,10 +74,9 @@ def results(failed: int = 0) -> Results:
 
 
 @pytest.fixture(scope="module")
-def reported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Section]]:
+def reported() -> list[Section]:
     pytest.importorskip("matplotlib")
-    folder = tmp_path_factory.mktemp("bode")
-    return folder, list(BODE.report(SMALL, results(), folder))
+    return list(BODE.report(SMALL, results()))
 
 
 def test_every_variant_is_run_with_every_seed_and_one_at_half_the_amplitude() -> None:
@@ -131,25 +130,25 @@ def test_settings_that_cannot_be_are_refused(values: dict[str, object], message:
 
 
 @pytest.mark.extended
-def test_every_figure_has_its_numbers_beside_it(reported: tuple[Path, list[Section]]) -> None:
-    folder, sections = reported
-    pictures = [picture.file for section in sections for picture in section.pictures]
-    assert [file.name for file in pictures] == [
-        "hand.png",
-        "gaze.png",
-        "recognition.png",
-        "margins.png",
-    ]
-    assert all(file.read_bytes().startswith(b"\x89PNG") for file in pictures)
-    rows = list(csv.DictReader((folder / "responses.csv").open()))
+def test_every_figure_has_its_numbers_beside_it(reported: list[Section]) -> None:
+    pictures = [picture for section in reported for picture in section.pictures]
+    assert [picture.name for picture in pictures] == ["hand", "gaze", "recognition", "margins"]
+    assert all(picture.png.startswith(b"\x89PNG") for picture in pictures)
+    rows = responses(reported)
     hand = [row for row in rows if row["signal"] == "hand" and row["axis"] == "sideways"]
     assert {row["variant"] for row in hand} == set(VARIANTS)
     assert len(hand) == len(VARIANTS) * len(SMALL.response.sideways_lines)
-    assert len(tables_of(sections)["margins"].rows) == len(BODE.plan(SMALL)[1].cases)
+    assert len(tables_of(reported)["margins"].rows) == len(BODE.plan(SMALL)[1].cases)
 
 
 def tables_of(sections: list[Section]) -> dict[str, Table]:
     return {table.name: table for section in sections for table in section.tables}
+
+
+def responses(sections: list[Section]) -> list[dict[str, str]]:
+    """Return the rows of `responses.csv`."""
+    content = tables_of(sections)["responses"].csv().decode()
+    return list(csv.DictReader(io.StringIO(content)))
 
 
 def figures(sections: list[Section], variant: str, signal: str) -> dict[str, Any]:
@@ -160,8 +159,8 @@ def figures(sections: list[Section], variant: str, signal: str) -> dict[str, Any
 
 
 @pytest.mark.extended
-def test_tables_hold_what_the_rows_say(reported: tuple[Path, list[Section]]) -> None:
-    sections = reported[1]
+def test_tables_hold_what_the_rows_say(reported: list[Section]) -> None:
+    sections = reported
     hand = figures(sections, "no feed-forward, eyes follow", "hand")
     lag = np.degrees(np.arctan(SMALL.response.lag_hz / CORNER_HZ[False]))
     assert hand["lag_deg"] == pytest.approx(lag)
@@ -183,39 +182,39 @@ def test_tables_hold_what_the_rows_say(reported: tuple[Path, list[Section]]) -> 
 
 @pytest.mark.extended
 def test_feed_forward_goes_beyond_the_paper_only_if_the_hand_lags_less_for_it(
-    reported: tuple[Path, list[Section]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    reported: list[Section], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert reported[1][0].findings[0].verdict is Verdict.BEYOND
+    assert list(reported[0].findings.values()) == [Verdict.BEYOND]
     monkeypatch.setitem(CORNER_HZ, True, 0.4)  # as if feed-forward did harm
-    assert BODE.report(SMALL, results(), tmp_path)[0].findings[0].verdict is Verdict.AGREES
+    [verdict] = BODE.report(SMALL, results())[0].findings.values()
+    assert verdict is Verdict.AGREES
 
 
 @pytest.mark.extended
 def test_halved_amplitudes_are_compared_with_the_run_of_the_same_seed(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("matplotlib")
     monkeypatch.setitem(APART, "seeds", 0.2)  # but what is halved answers as the whole does
-    table = tables_of(list(BODE.report(SMALL, results(), tmp_path)))["response_halved"]
+    table = tables_of(list(BODE.report(SMALL, results())))["response_halved"]
     ratios = [row[-1] for row in table.rows]
     assert ratios and ratios == pytest.approx([1.0] * len(ratios))
 
 
 @pytest.mark.extended
-def test_trials_that_failed_are_left_out(tmp_path: Path) -> None:
+def test_trials_that_failed_are_left_out() -> None:
     pytest.importorskip("matplotlib")
-    BODE.report(SMALL, results(failed=1), tmp_path)
-    rows = list(csv.DictReader((tmp_path / "responses.csv").open()))
+    rows = responses(list(BODE.report(SMALL, results(failed=1))))
     runs = {row["variant"]: int(row["runs"]) for row in rows}
     seeds = SMALL.response.seeds
     assert list(runs.values()) == [seeds - 1, seeds, seeds, seeds]
 
 
-def test_nothing_but_failures_leaves_nothing_to_report(tmp_path: Path) -> None:
+def test_nothing_but_failures_leaves_nothing_to_report() -> None:
     failed = {
         work.experiment.name: [Done(case, None, "no") for case in work.cases]
         for work in BODE.plan(SMALL)
     }
-    [section] = BODE.report(SMALL, failed, tmp_path)
+    [section] = BODE.report(SMALL, failed)
     assert section.heading == "No trial succeeded"
     assert section.pictures == section.tables == ()

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from servoid_experiments.bode.curves import HALF_POWER, Bode, leaving
 from servoid_experiments.bode.response import Answer, ResponseRow
-from servoid_experiments.bode.spread import HALF_POWER, Bode, leaving
 from servoid_experiments.bode.swinging import Swing, Swinging, amplitudes
 
 LINES = (1, 2, 4, 7, 11, 20)

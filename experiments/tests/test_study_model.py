@@ -1,6 +1,5 @@
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -8,20 +7,26 @@ import pytest
 from msgspec.structs import replace as changed
 
 from servoid._native import Body, Camera, Mesh
+from servoid.batch import Done
 from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.servo import settings_toml
 from servoid.sim.samples import bird
 from servoid.sim.samples.drawing.surface_nets import surface_net
-from servoid_experiments.design import Done
-from servoid_experiments.modelling import MODEL, ModelStudySettings
-from servoid_experiments.modelling.around import around
-from servoid_experiments.modelling.designs import DESIGNS, design_of
-from servoid_experiments.modelling.noise import spoilt_mask, spoilt_pose
-from servoid_experiments.modelling.plan import layout
-from servoid_experiments.modelling.settings import CenterSettings, SweepSettings
-from servoid_experiments.modelling.trial import MODELLING, run_model_case
-from servoid_experiments.modelling.voxels import voxels_of
+from servoid_experiments.modelling.designs import DESIGNS, around, design_of, voxels_of
+from servoid_experiments.modelling.study import (
+    MODEL,
+    CenterSettings,
+    ModelStudySettings,
+    SweepSettings,
+    series_of,
+)
+from servoid_experiments.modelling.trial import (
+    MODELLING,
+    run_model_case,
+    spoilt_mask,
+    spoilt_pose,
+)
 
 SMALL = ModelStudySettings(
     objects=("two_ellipsoids", "bottle"),
@@ -38,7 +43,7 @@ SMALL = ModelStudySettings(
         turn_deg=(),
     ),
 )
-CASE = layout(SMALL).series[0].centers[0]
+CASE = series_of(SMALL)[0].centers[0]
 CAMERA = Camera(size_px=(160, 120), focal_px=(200.0, 200.0), center_px=(79.5, 59.5))
 
 
@@ -202,13 +207,14 @@ def test_no_case_is_planned_twice() -> None:
 
 
 @pytest.mark.extended
-def test_what_is_reported_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> None:
-    sections = MODEL.report(SMALL, {MODELLING.name: done}, tmp_path)
-    pictures = [picture.file for section in sections for picture in section.pictures]
-    assert [file.name for file in pictures] == ["volume.png", "outline.png", "seconds.png"]
-    for file in pictures:
-        assert file.read_bytes().startswith(b"\x89PNG")
-    rows = [one.row for one in done if one.case in layout(SMALL).series[0].centers]
+def test_what_is_reported_is_what_the_rows_say(done: list[Done]) -> None:
+    sections = MODEL.report(SMALL, {MODELLING.name: done})
+    pictures = [picture for section in sections for picture in section.pictures]
+    assert [picture.name for picture in pictures] == ["volume", "outline", "seconds"]
+    assert all(picture.png.startswith(b"\x89PNG") for picture in pictures)
+    [volumes, *_] = [picture.numbers for picture in pictures]
+    assert volumes is not None
+    rows = [one.row for one in done if one.case in series_of(SMALL)[0].centers]
     volume, outline = (
         float(np.median([getattr(row, name) for row in rows]))
         for name in ("volume_iou", "outline_iou")
@@ -217,17 +223,17 @@ def test_what_is_reported_is_what_the_rows_say(done: list[Done], tmp_path: Path)
     assert all(len(cells) == len(table.headings) for cells in table.rows)
     [cells] = [cells for cells in table.rows if cells[:4] == ("views", "", "4", "two_ellipsoids")]
     assert cells[4:6] == (volume, outline)
-    assert f"views,,4,two_ellipsoids,,{volume:.6g}," in (tmp_path / "volume.csv").read_text()
+    assert f"views,,4,two_ellipsoids,,{volume:.6g}," in volumes.csv().decode()
 
 
 @pytest.mark.extended
-def test_failed_trials_are_left_out(done: list[Done], tmp_path: Path) -> None:
+def test_failed_trials_are_left_out(done: list[Done]) -> None:
     failing = [replace(one, row=None, failure="no light") for one in done]
     failing[1:2] = done[1:2]
-    sections = MODEL.report(SMALL, {MODELLING.name: failing}, tmp_path)
+    sections = MODEL.report(SMALL, {MODELLING.name: failing})
     [table] = [table for section in sections for table in section.tables]
     known = [cells for cells in table.rows if cells[4] is not None]
     assert {cells[3] for cells in known} == {"two_ellipsoids"}
     lost = [replace(one, row=None, failure="no light") for one in done]
-    [nothing] = MODEL.report(SMALL, {MODELLING.name: lost}, tmp_path)
+    [nothing] = MODEL.report(SMALL, {MODELLING.name: lost})
     assert nothing.heading == "No trial succeeded"

@@ -6,12 +6,14 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import cv2
+import msgspec
 import numpy as np
 import pytest
 
 from servoid.errors import OutputError
+from servoid_experiments.design import Picture, Section, Study, Table, Verdict
 from servoid_experiments.page import write_study_page
-from servoid_experiments.report import Finding, Picture, Section, Table, Verdict
+from servoid_experiments.running import run_study
 
 
 class Reader(HTMLParser):
@@ -40,31 +42,42 @@ class Reader(HTMLParser):
         self.words.append(data)
 
 
-def a_section(picture: Path) -> Section:
+def a_section() -> Section:
+    _, png = cv2.imencode(".png", np.zeros((4, 4, 3), np.uint8))
+    rows = [("points", 12.34567), ("region", None)]
     return Section(
         heading="Fig. 8: <the map> & more",
-        findings=(Finding("wide <along> z", Verdict.PARTLY),),
-        pictures=(Picture(picture, "Maps & profiles"),),
+        findings={"wide <along> z": Verdict.PARTLY},
+        pictures=(
+            Picture("map", "Maps & profiles", png.tobytes(), Table("map", ("depth",), [(1,)])),
+        ),
         tables=(
-            Table(
-                "widths", "Widths", ("fitness", "width"), [("points", 12.34567), ("region", None)]
-            ),
+            Table("widths", ("fitness", "width"), rows, "Widths"),
+            Table("beside", ("hidden",), [("not shown",)]),
         ),
     )
 
 
-def a_picture(folder: Path) -> Path:
-    path = folder / "map.png"
-    cv2.imwrite(str(path), np.zeros((4, 4, 3), np.uint8))
-    return path
+class Nothing(msgspec.Struct, frozen=True):
+    """The settings of a study without trials."""
+
+
+A_STUDY = Study(
+    name="a",
+    title="A",
+    question="Why?",
+    settings=Nothing,
+    quick=Nothing(),
+    plan=lambda _: [],
+    report=lambda *_: [a_section()],
+)
 
 
 def test_a_page_needs_nothing_beside_it_and_says_all(tmp_path: Path) -> None:
-    section = a_section(a_picture(tmp_path))
     page = write_study_page(
         tmp_path,
         "A <study>",
-        [section],
+        [a_section()],
         question="How far?",
         settings="a = '<b>'",
         notes=["1 failed"],
@@ -81,17 +94,30 @@ def test_a_page_needs_nothing_beside_it_and_says_all(tmp_path: Path) -> None:
         "a = '<b>'", "1 failed",
     ):  # fmt: skip
         assert words in text
+    assert "not shown" not in text
 
 
-def test_a_picture_that_is_missing_is_named_and_no_page_is_left(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match=r"map\.png"):
-        write_study_page(tmp_path, "A study", [a_section(tmp_path / "map.png")])
-    assert list(tmp_path.iterdir()) == []
+def test_pictures_tables_and_verdicts_are_written_beside_the_page(tmp_path: Path) -> None:
+    run_study(A_STUDY, Nothing(), tmp_path)
+    assert {file.name for file in tmp_path.iterdir() if file.is_file()} == {
+        "index.html", "study.toml", "map.png", "map.csv", "widths.csv", "beside.csv",
+        "verdicts.csv",
+    }  # fmt: skip
+    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+    verdicts = (tmp_path / "verdicts.csv").read_text().splitlines()
+    assert verdicts[1] == "Fig. 8: <the map> & more,wide <along> z,agrees in part"
+
+
+def test_if_one_file_cannot_be_written_none_is(tmp_path: Path) -> None:
+    (tmp_path / "widths.csv").mkdir()
+    with pytest.raises(OutputError, match=r"widths\.csv"):
+        run_study(A_STUDY, Nothing(), tmp_path)
+    assert not {"index.html", "map.png", "map.csv"} & {file.name for file in tmp_path.iterdir()}
 
 
 def test_a_table_is_read_back_from_its_csv_with_six_digits() -> None:
     rows = [("a, b", 1.23456789, 3), ("", None, 4), ("c", math.inf, 5)]
-    table = Table("a", "A", ("name", "value", "count"), rows)
+    table = Table("a", ("name", "value", "count"), rows)
     read = list(csv.DictReader(io.StringIO(table.csv().decode())))
     assert [one["name"] for one in read] == ["a, b", "", "c"]
     assert [one["value"] for one in read] == ["1.23457", "", "inf"]

@@ -1,8 +1,5 @@
 """The fitness map of the paper's Fig. 8: its pairs, its ridges, and what is reported of it."""
 
-import csv
-from pathlib import Path
-
 import msgspec
 import numpy as np
 import pytest
@@ -23,20 +20,19 @@ from servoid.batch import Done
 from servoid.errors import PoseError, TrackError
 from servoid.servo.settings_text import settings_toml
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
-from servoid_experiments.paper.eye_pair import (
-    EyeMode,
-    EyePair,
-    Moment,
-    paper_hand,
-    see,
-    true_body,
-)
+from servoid_experiments.design import Verdict
+from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
 from servoid_experiments.paper.maps.case import Fitness, MapRow
 from servoid_experiments.paper.maps.fitness_map import FITNESS_MAP
-from servoid_experiments.paper.maps.report import QUICK_MAP, MapSettings, map_section, map_work
-from servoid_experiments.paper.maps.ridges import peak_of, width_at_share
-from servoid_experiments.paper.unstated import map_variants
-from servoid_experiments.report import Verdict
+from servoid_experiments.paper.maps.places import peak_of, width_at_share
+from servoid_experiments.paper.maps.report import (
+    QUICK_MAP,
+    MapSettings,
+    map_section,
+    map_variants,
+    map_work,
+)
+from servoid_experiments.stage import EyeMode
 
 PNG = b"\x89PNG"
 
@@ -180,15 +176,14 @@ def test_the_maps_hold_the_whole_box_and_peak_at_the_true_place(done: list[Done]
 
 @pytest.mark.extended
 def test_the_section_lists_its_figures_and_draws_its_pictures(
-    done: list[Done], tmp_path: Path
+    done: list[Done],
 ) -> None:
-    section = map_section(QUICK_MAP, done, tmp_path)
+    section = map_section(QUICK_MAP, done)
     assert len(section.findings) == 3
-    assert section.findings[2].verdict in (Verdict.BEYOND, Verdict.PARTLY)
+    assert list(section.findings.values())[2] in (Verdict.BEYOND, Verdict.PARTLY)
     for picture in section.pictures:
-        assert picture.file.read_bytes().startswith(PNG)
-        with picture.file.with_suffix(".csv").open() as file:
-            assert len(list(csv.reader(file))) > 100
+        assert picture.png.startswith(PNG)
+        assert picture.numbers is not None and len(picture.numbers.rows) > 100
     widths, answers = section.tables
     for table in (widths, answers):
         assert table.rows
@@ -197,15 +192,15 @@ def test_the_section_lists_its_figures_and_draws_its_pictures(
     assert widths.rows[0][:6] == (
         "as assumed", "ellipsoid", "verged", 2, "points", pytest.approx(1e3 * np.mean(ridges))
     )  # fmt: skip
-    half = map_section(QUICK_MAP, [done[0], Done(done[1].case, None, "it broke")], tmp_path)
+    half = map_section(QUICK_MAP, [done[0], Done(done[1].case, None, "it broke")])
     assert half.tables[0].rows[0][3] == 1
-    none = map_section(QUICK_MAP, [Done(one.case, None, "it broke") for one in done], tmp_path)
-    assert (none.findings, none.pictures, none.tables[0].rows) == ((), (), [])
+    none = map_section(QUICK_MAP, [Done(one.case, None, "it broke") for one in done])
+    assert (none.findings, none.pictures, none.tables[0].rows) == ({}, [], [])
 
 
-def test_without_a_map_there_is_no_verdict_on_its_peak(done: list[Done], tmp_path: Path) -> None:
+def test_without_a_map_there_is_no_verdict_on_its_peak(done: list[Done]) -> None:
     ridges = [Done(done[0].case, None, "it broke"), done[1]]
-    claims = [one.claim for one in map_section(QUICK_MAP, ridges, tmp_path).findings]
+    claims = list(map_section(QUICK_MAP, ridges).findings)
     assert len(claims) == 2
     assert not any("true position" in claim for claim in claims)
 
@@ -226,14 +221,14 @@ def test_the_settings_are_printed_with_what_they_mean() -> None:
 
 @pytest.mark.extended
 def test_changed_numbers_are_tried_beside_the_rest_and_listed(
-    done: list[Done], tmp_path: Path
+    done: list[Done],
 ) -> None:
     varied = msgspec.structs.replace(QUICK_MAP, vary=True)
     work = map_work(varied)
     changed = work.cases[len(done) : len(done) + 2]
     both = [*done, *(Done(case, work.experiment.run(case)) for case in changed)]
-    section = map_section(varied, both, tmp_path)
+    section = map_section(varied, both)
     found = list(dict.fromkeys(row[0] for row in section.tables[0].rows))
     assert found == ["as assumed", "α a third", "α three times"]
-    plain = map_section(QUICK_MAP, done, tmp_path).tables[0].rows
+    plain = map_section(QUICK_MAP, done).tables[0].rows
     assert section.tables[0].rows[: len(plain)] == plain

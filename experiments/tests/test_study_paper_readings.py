@@ -11,8 +11,7 @@ from servoid.servo import JointLaw, ServoSettings, as_the_paper
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 from servoid_experiments.bode.margin import PAPER, loop_settings
-from servoid_experiments.paper.servoing.method import Method, servo_settings
-from servoid_experiments.paper.servoing.reading import Reading
+from servoid_experiments.paper.servoing.method import Method, Reading, servo_settings
 from servoid_experiments.paper.servoing.settings import Constants
 
 THERE = Pose.from_parts([-0.9, -0.1, 0.5], [0.5, -0.5, -0.5, 0.5])

@@ -1,5 +1,4 @@
 import math
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -7,18 +6,22 @@ import numpy as np
 import pytest
 from scenes_studies import SHORT, paper_fed_forward
 
-from servoid_experiments.design import Done
-from servoid_experiments.paper.sensitivity.changes import (
-    BASE,
+from servoid.batch import Done
+from servoid.pose import Pose
+from servoid_experiments.design import Section, Verdict
+from servoid_experiments.paper import AS_ASSUMED
+from servoid_experiments.paper.eye_pair import true_body
+from servoid_experiments.paper.sensitivity import (
+    LAG,
     SENSITIVITY,
+    SPREAD,
     SensitivitySettings,
     changes,
     quick_sensitivity,
+    sensitivity_sections,
     sensitivity_work,
 )
-from servoid_experiments.paper.sensitivity.report import LAG, SPREAD, sensitivity_sections
 from servoid_experiments.paper.servoing.followed import Track, followed, response, swing, unswung
-from servoid_experiments.paper.servoing.method import body_of
 from servoid_experiments.paper.servoing.report import servoing_sections
 from servoid_experiments.paper.servoing.runs import (
     FAST,
@@ -39,7 +42,6 @@ from servoid_experiments.paper.servoing.trial import (
     start_place,
 )
 from servoid_experiments.paper.servoing.unknown import UNKNOWN, UnknownRow
-from servoid_experiments.report import Section, Verdict
 
 TIMES = np.arange(0.0, 30.0, 1.0 / 30.0)
 OMEGA = 0.628
@@ -106,8 +108,9 @@ def test_the_printed_start_is_beside_where_the_text_wants_the_object() -> None:
 
 
 def test_the_body_of_two_ellipsoids_is_as_the_world_has_it() -> None:
-    assert len(body_of("two_ellipsoids", None)) == 2
-    assert body_of("ellipsoid", (0.01, 0.02, 0.03)).radii.tolist() == [[0.01, 0.02, 0.03]]
+    assert len(true_body("two_ellipsoids", Pose.identity())) == 2
+    egg = true_body("ellipsoid", Pose.identity(), (0.01, 0.02, 0.03))
+    assert egg.radii.tolist() == [[0.01, 0.02, 0.03]]
 
 
 @pytest.mark.extended
@@ -156,7 +159,7 @@ def row_of(case: ServoingCase) -> ServoingRow:
     )
 
 
-def reported(settings: ServoingSettings, folder: Path, failing: str = "") -> list[Section]:
+def reported(settings: ServoingSettings, failing: str = "") -> list[Section]:
     known = UnknownRow(
         ellipsoids=3,
         looks=4,
@@ -174,7 +177,7 @@ def reported(settings: ServoingSettings, folder: Path, failing: str = "") -> lis
             else Done(case, None, "no image came")
             for case, row in zip(work.cases, rows, strict=True)
         ]
-    return servoing_sections(settings, results, folder)
+    return servoing_sections(settings, results)
 
 
 def cells(section: Section, name: str, run: str) -> dict[str, Any]:
@@ -185,22 +188,23 @@ def cells(section: Section, name: str, run: str) -> dict[str, Any]:
 
 
 @pytest.mark.extended
-def test_what_is_reported_follows_from_the_rows(tmp_path: Path) -> None:
-    paper, changes, future, listed = reported(ServoingSettings(), tmp_path)
-    assert [one.verdict for one in paper.findings[:2]] == [Verdict.AGREES, Verdict.AGREES]
-    assert paper.findings[2].verdict is Verdict.PARTLY  # z spreads more, but not more and more
+def test_what_is_reported_follows_from_the_rows() -> None:
+    paper, changes, future, listed = reported(ServoingSettings())
+    # z spreads more, but not more and more.
+    verdicts = [Verdict.AGREES, Verdict.AGREES, Verdict.PARTLY]
+    assert list(paper.findings.values())[:3] == verdicts
     for run, lag_deg, z_mm in ((SLOW, 3.0, 2.0), (FAST, 10.0, 4.0), (FORWARD, 0.2, 1.0)):
         found = cells(listed, "servoing_figures", run)
         assert found["hand_lag_deg"] == pytest.approx(lag_deg)
         assert found["seen_spread_z_mm"] == pytest.approx(z_mm, rel=0.1)
-    assert changes.findings[1].verdict is Verdict.BEYOND
+    assert list(changes.findings.values())[1] is Verdict.BEYOND
     assert len(future.tables) == 1
     names = [row[0] for row in listed.tables[0].rows]
     assert names[2:6] == [OTHER, *(one.name for one in READINGS)]
     for section in (paper, changes, future):
         for picture in section.pictures:
-            assert picture.file.read_bytes().startswith(b"\x89PNG")
-            assert len(picture.file.with_suffix(".csv").read_text().splitlines()) > 3
+            assert picture.png.startswith(b"\x89PNG")
+            assert picture.numbers is not None and len(picture.numbers.rows) > 2
 
 
 def wider(case: ServoingCase) -> ServoingRow:
@@ -212,55 +216,55 @@ def wider(case: ServoingCase) -> ServoingRow:
 
 
 @pytest.mark.extended
-def test_a_hand_that_swings_too_wide_does_not_go_beyond_the_paper(tmp_path: Path) -> None:
+def test_a_hand_that_swings_too_wide_does_not_go_beyond_the_paper() -> None:
     settings = ServoingSettings()
     results = {
         SERVOING.name: [Done(case, wider(case)) for case in servoing_work(settings)[0].cases]
     }
-    _, changes, future, listed = servoing_sections(settings, results, tmp_path)
-    assert changes.findings[1].verdict is Verdict.PARTLY
+    _, changes, future, listed = servoing_sections(settings, results)
+    assert list(changes.findings.values())[1] is Verdict.PARTLY
     assert cells(listed, "servoing_figures", FORWARD)["hand_gain"] == pytest.approx(1.5)
     # Both methods lag alike in these rows.
-    assert future.findings[0].verdict is Verdict.PARTLY
+    assert next(iter(future.findings.values())) is Verdict.PARTLY
 
 
 @pytest.mark.extended
-def test_runs_that_failed_are_left_out(tmp_path: Path) -> None:
-    listed = reported(ServoingSettings(), tmp_path, failing=OTHER)[-1]
+def test_runs_that_failed_are_left_out() -> None:
+    listed = reported(ServoingSettings(), failing=OTHER)[-1]
     assert OTHER not in [row[0] for row in listed.tables[0].rows]
-    first = reported(ServoingSettings(), tmp_path, failing=FAST)[0]
+    first = reported(ServoingSettings(), failing=FAST)[0]
     assert first.heading.startswith("The future")
 
 
-def test_the_constants_that_matter_come_first(tmp_path: Path) -> None:
+def test_the_constants_that_matter_come_first() -> None:
     settings = SensitivitySettings(base_seeds=3)
     (work,) = sensitivity_work(settings, Constants())
     results = {SENSITIVITY.name: [Done(case, row_of(case)) for case in work.cases]}
-    (section,) = sensitivity_sections(settings, Constants(), results, tmp_path)
+    (section,) = sensitivity_sections(settings, Constants(), results)
     effects, holds = section.tables
     lag, spread = ([row for row in effects.rows if row[0] == name] for name in (LAG, SPREAD))
     assert (spread[0][1], spread[0][4]) == ("search.population", "yes")
     assert {row[4] for row in lag} == {"no"}
     count = len(changes(settings, Constants()))
     assert holds.rows == [(count, count, count)]
-    assert section.pictures[0].file.is_file()
-    assert work.cases[0].name == BASE
+    assert section.pictures[0].png.startswith(b"\x89PNG")
+    assert work.cases[0].name == AS_ASSUMED
 
 
 @pytest.mark.extended
-def test_the_quick_sensitivity_runs_and_is_reported(tmp_path: Path) -> None:
+def test_the_quick_sensitivity_runs_and_is_reported() -> None:
     settings, given = quick_sensitivity(), quick_servoing().constants
     (work,) = sensitivity_work(settings, given)
     assert len(work.cases) == 6
     results = {SENSITIVITY.name: [Done(case, run_servoing(case)) for case in work.cases]}
-    (section,) = sensitivity_sections(settings, given, results, tmp_path)
+    (section,) = sensitivity_sections(settings, given, results)
     assert section.tables[0].rows[0][1] == "law.position_gain"
 
 
 @pytest.mark.extended
-def test_the_quick_study_runs_and_is_reported(tmp_path: Path) -> None:
+def test_the_quick_study_runs_and_is_reported() -> None:
     settings = quick_servoing()
     work = servoing_work(settings)[0]
     chosen = [case for case in work.cases if case.name in (SLOW, FAST, FORWARD)]
     results = {SERVOING.name: [Done(case, run_servoing(case)) for case in chosen]}
-    assert len(servoing_sections(settings, results, tmp_path)) == 3
+    assert len(servoing_sections(settings, results)) == 3

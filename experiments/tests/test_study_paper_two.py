@@ -1,7 +1,5 @@
 """The paper's object of two ellipsoids, modelled with three: errors and report."""
 
-from pathlib import Path
-
 import msgspec
 import numpy as np
 import pytest
@@ -11,7 +9,7 @@ from servoid._native import Body, Pose
 from servoid.batch import Done
 from servoid_experiments.metrics import centroid, nearest_parts, volume_iou
 from servoid_experiments.paper.eye_pair import paper_hand, true_body
-from servoid_experiments.paper.two.case import OBJECT_NAME, Procedure, TwoRow
+from servoid_experiments.paper.two.modelling import OBJECT_NAME, Procedure, TwoRow
 from servoid_experiments.paper.two.report import (
     TwoSettings,
     two_section,
@@ -97,19 +95,20 @@ def test_the_same_case_gives_the_same_row(done: list[Done]) -> None:
 
 @pytest.mark.extended
 def test_the_section_lists_its_figures_and_draws_its_pictures(
-    done: list[Done], tmp_path: Path
+    done: list[Done],
 ) -> None:
-    section = two_section(SETTINGS, done, tmp_path)
+    section = two_section(SETTINGS, done)
     assert len(section.findings) == 3
-    assert all(picture.file.read_bytes().startswith(PNG) for picture in section.pictures)
-    assert (tmp_path / "two_ellipsoids_errors.csv").read_text().count("\n") == 1 + len(done)
+    assert all(picture.png.startswith(PNG) for picture in section.pictures)
+    [numbers] = [one.numbers for one in section.pictures if one.numbers is not None]
+    assert (numbers.name, len(numbers.rows)) == ("two_ellipsoids_errors", len(done))
     [table] = section.tables
     assert all(len(row) == len(table.headings) for row in table.rows)
     first = dict(zip(table.headings, table.rows[0], strict=True))
     error = abs(row_of(done, Procedure.PAPER).error[2])
     assert (first["procedure"], first["error_z_mm"]) == ("paper", pytest.approx(1e3 * error))
     broken = [*done[:-1], Done(done[-1].case, None, "it broke")]
-    assert len(two_section(SETTINGS, broken, tmp_path).tables[0].rows) == len(table.rows) - 1
+    assert len(two_section(SETTINGS, broken).tables[0].rows) == len(table.rows) - 1
 
 
 def test_the_whole_has_thirty_seeds_of_every_procedure() -> None:
@@ -120,16 +119,16 @@ def test_the_whole_has_thirty_seeds_of_every_procedure() -> None:
 
 @pytest.mark.extended
 def test_changed_numbers_are_tried_beside_the_rest_and_listed(
-    done: list[Done], tmp_path: Path
+    done: list[Done],
 ) -> None:
     varied = msgspec.structs.replace(SETTINGS, vary_seeds=1)
     work = two_work(varied)
     changed = [Done(case, work.experiment.run(case)) for case in work.cases[len(done) :]]
-    section = two_section(varied, [*done, *changed], tmp_path)
+    section = two_section(varied, [*done, *changed])
     rows = section.tables[0].rows
     assert [row[1] for row in rows[len(done) :]] == [
         "α a third",
         "α three times",
         "a third of the generations",
     ]
-    assert rows[: len(done)] == two_section(SETTINGS, done, tmp_path).tables[0].rows
+    assert rows[: len(done)] == two_section(SETTINGS, done).tables[0].rows

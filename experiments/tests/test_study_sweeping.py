@@ -7,21 +7,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from servoid_experiments.design import Done
-from servoid_experiments.modelling import ModelStudySettings
+from servoid.batch import Done
+from servoid_experiments import panels as drawing
+from servoid_experiments.modelling.study import ModelStudySettings
+from servoid_experiments.panels import Scale, draw_panels, far_apart, panels_table
 from servoid_experiments.stats import over, spread_of
-from servoid_experiments.sweeping import (
-    Factor,
-    Series,
-    Sweep,
-    cases_around,
-    draw_panels,
-    panels_csv,
-    varied,
-)
-from servoid_experiments.sweeping import panels as drawing
-from servoid_experiments.sweeping.panels import Scale, far_apart
-from servoid_experiments.tracking import TrackStudySettings
+from servoid_experiments.sweep import Factor, Series, Sweep, varied
+from servoid_experiments.tracking.plan import TrackStudySettings
 
 NOTHING = "\n".join(
     f"{name} = []"
@@ -53,12 +45,12 @@ SIZE = Factor("inner.size", "size", "mm", (1.0, 4.0))
 COUNT = Factor("count", "count", "", (3, 9))
 KIND = Factor("inner.kind", "kind", "", (Kind.FLAT,))
 CENTERS = tuple(Case(Inner(2.0), seed) for seed in range(3))
-SERIES = Series("ours", "#0072B2", CENTERS)
+SERIES = Series("ours", "#0072B2", CENTERS, (SIZE, COUNT, KIND))
 
 
 def trials() -> list[Done]:
     """Return trials that are worth their size, more with a higher seed; the largest fails once."""
-    cases = cases_around(CENTERS, (SIZE, COUNT, KIND))
+    cases = SERIES.cases()
     return [
         Done(case, None, "too large")
         if case.inner.size == 4.0 and case.seed == 0
@@ -75,7 +67,7 @@ def test_a_case_is_varied_in_one_field_alone_however_deep_it_lies() -> None:
 
 
 def test_no_case_is_tried_twice_and_the_centre_is_tried() -> None:
-    cases = cases_around(CENTERS, (SIZE, COUNT, KIND))
+    cases = SERIES.cases()
     assert len(cases) == len(set(cases)) == 3 * (1 + 2 + 1 + 1)
     assert set(CENTERS) <= set(cases)
 
@@ -107,7 +99,7 @@ def test_what_is_not_known_has_no_spread() -> None:
 
 def test_the_band_of_six_runs_holds_the_median_in_97_percent_of_samples() -> None:
     draws = np.random.default_rng(0).exponential(size=(20000, 6))
-    spreads = [over(draw.tolist(), float) for draw in draws]
+    spreads = [over(draw.tolist()) for draw in draws]
     holds = [one.low < np.log(2.0) < one.high for one in spreads]
     # It lies outside only if all values fall on one side of it, whatever their distribution.
     assert np.mean(holds) == pytest.approx(1.0 - 0.5**5, abs=0.005)
@@ -115,14 +107,14 @@ def test_the_band_of_six_runs_holds_the_median_in_97_percent_of_samples() -> Non
 
 def test_an_interval_holds_the_true_mean_in_95_percent_of_samples() -> None:
     samples = np.random.default_rng(0).normal(3.0, 1.0, (4000, 4))
-    found = [over(sample.tolist(), float) for sample in samples]
+    found = [over(sample.tolist()) for sample in samples]
     holds = [one.half is not None and abs(one.mean - 3.0) <= one.half for one in found]
     assert np.mean(holds) == pytest.approx(0.95, abs=0.01)
 
 
 def test_a_further_value_is_within_reach_of_the_mean_in_95_percent_of_samples() -> None:
     samples = np.random.default_rng(1).normal(3.0, 1.0, (4000, 6))
-    found = [(over(sample[:5].tolist(), float), sample[5]) for sample in samples]
+    found = [(over(sample[:5].tolist()), sample[5]) for sample in samples]
     holds = [abs(further - one.mean) <= one.reach for one, further in found]
     assert np.mean(holds) == pytest.approx(0.95, abs=0.01)
 
@@ -135,7 +127,7 @@ def test_values_beyond_all_that_was_tried_are_above_all_others() -> None:
 
 
 def test_a_spread_in_another_unit_is_that_of_the_values_in_it() -> None:
-    metres, millimetres = (over([k * 0.001, k * 0.004], float) for k in (1.0, 1e3))
+    metres, millimetres = (over([k * 0.001, k * 0.004]) for k in (1.0, 1e3))
     scaled = metres.times(1e3)
     for name in ("mean", "half", "middle", "low", "high"):
         assert getattr(scaled, name) == pytest.approx(getattr(millimetres, name))
@@ -145,7 +137,7 @@ def test_each_point_of_a_picture_has_its_line_of_numbers() -> None:
     sweep = Sweep(trials())
     panels = [sweep.panel([SERIES], one, lambda row: row.worth) for one in (SIZE, COUNT, KIND)]
     assert draw_panels(panels, Scale("worth")).startswith(b"\x89PNG")
-    lines = panels_csv(panels, "worth").decode().splitlines()
+    lines = panels_table(panels, "worths", "worth").csv().decode().splitlines()
     assert lines[0] == "factor,unit,value,series,variant,worth,seeds_low,seeds_high"
     assert "size,mm,2,ours,,2.1,2,2.2" in lines
     assert len(lines) == 1 + 3 + 2 + 2

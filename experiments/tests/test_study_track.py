@@ -1,7 +1,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -9,27 +8,39 @@ import pytest
 from msgspec.structs import replace as changed
 from tiers import tiered
 
+from servoid.batch import Done
 from servoid.errors import SimError
 from servoid.servo import settings_toml
 from servoid.track import Method
-from servoid_experiments.design import Done
-from servoid_experiments.modelling import design_of
-from servoid_experiments.sweeping import Sweep
-from servoid_experiments.tracking import TRACK, TrackStudySettings
-from servoid_experiments.tracking.cases import Eyes, Scene, TrackCase, TrackRow
-from servoid_experiments.tracking.footage import SetUp, eyes_of, is_hidden, last_quarter, shoot
-from servoid_experiments.tracking.plan import layout
-from servoid_experiments.tracking.reporting import success_panels
-from servoid_experiments.tracking.settings import QUICK, CenterSettings, SweepSettings
-from servoid_experiments.tracking.success import (
+from servoid_experiments.modelling.designs import design_of
+from servoid_experiments.stage import EyeMode
+from servoid_experiments.sweep import Sweep
+from servoid_experiments.tracking.plan import (
+    QUICK,
+    CenterSettings,
+    SweepSettings,
+    TrackStudySettings,
+    series_of,
+)
+from servoid_experiments.tracking.scene import (
+    Scene,
+    SetUp,
+    eyes_of,
+    is_hidden,
+    last_quarter,
+    rest_from_objects,
+    shoot,
+)
+from servoid_experiments.tracking.study import (
+    TRACK,
     of_tracked,
     success,
     success_at_end,
     success_behind_board,
+    success_panels,
     wrongly_sure,
 )
-from servoid_experiments.tracking.trial import TRACKING, run_track_case
-from servoid_experiments.tracking.way import rest_from_objects
+from servoid_experiments.tracking.trial import TRACKING, TrackCase, TrackRow, run_track_case
 
 SMALL = TrackStudySettings(
     seeds=1,
@@ -49,7 +60,7 @@ SMALL = TrackStudySettings(
     ),
 )
 NOTHING = dict.fromkeys(SweepSettings.__struct_fields__, ())
-SCENE = layout(SMALL).ours.centers[0].scene
+SCENE = series_of(SMALL)[0].centers[0].scene
 
 
 def own_pixels(scene: Scene, index: int) -> np.ndarray:
@@ -73,13 +84,13 @@ def test_the_object_goes_equally_far_in_each_image_once_it_has_got_going(seed: i
 
 def test_verged_eyes_meet_in_the_middle_of_the_path_and_parallel_ones_do_not() -> None:
     middle = np.array([-0.89 - 0.545, 0.0, 0.5])
-    for kind in Eyes:
+    for kind in EyeMode:
         eyes = eyes_of(changed(SCENE, eyes=kind, baseline_mm=200.0))
         apart = np.subtract(eyes[0].translation, eyes[1].translation)
         assert np.linalg.norm(apart) == pytest.approx(0.2)
         for eye in eyes:
             aside = eye.inverse().transform(middle[None])[0][:2]
-            expected = 0.0 if kind is Eyes.VERGED else 0.1
+            expected = 0.0 if kind is EyeMode.VERGED else 0.1
             assert np.linalg.norm(aside) == pytest.approx(expected, abs=1e-9)
 
 
@@ -117,7 +128,7 @@ def test_the_light_changes_halfway() -> None:
 
 
 def test_the_same_case_gives_the_same_row() -> None:
-    case = layout(SMALL).ours.centers[0]
+    case = series_of(SMALL)[0].centers[0]
     first = run_track_case(case)
     shoot.cache_clear()
     assert run_track_case(case) == first
@@ -125,13 +136,13 @@ def test_the_same_case_gives_the_same_row() -> None:
 
 
 def test_the_papers_tracker_is_told_the_orientation() -> None:
-    row = run_track_case(layout(SMALL).paper.centers[0])
+    row = run_track_case(series_of(SMALL)[1].centers[0])
     assert max(row.turn_deg) < 1e-4
     assert max(row.position_mm) > 0.1
 
 
 def test_an_unknown_object_fails_with_what_there_is() -> None:
-    case = layout(SMALL).ours.centers[0]
+    case = series_of(SMALL)[0].centers[0]
     with pytest.raises(SimError, match="bottle"):
         run_track_case(changed(case, scene=changed(case.scene, object="teapot")))
 
@@ -180,7 +191,7 @@ def test_generations_are_not_varied_for_the_papers_tracker() -> None:
 
 
 def test_a_factor_without_values_is_not_varied() -> None:
-    titles = [factor.title for factor in layout(SMALL).factors]
+    titles = [factor.title for factor in series_of(SMALL)[0].factors]
     assert "ellipsoids" not in titles
     assert "object" in titles
 
@@ -197,17 +208,18 @@ def done() -> list[Done]:
 
 
 @pytest.mark.extended
-def test_what_is_reported_is_what_the_rows_say(done: list[Done], tmp_path: Path) -> None:
-    sections = TRACK.report(SMALL, {TRACKING.name: done}, tmp_path)
-    pictures = [picture.file for section in sections for picture in section.pictures]
-    assert [file.name for file in pictures] == ["success.png", "error.png", "large_errors.png"]
-    for file in pictures:
-        assert file.read_bytes().startswith(b"\x89PNG")
-    center = layout(SMALL).ours.centers[0]
+def test_what_is_reported_is_what_the_rows_say(done: list[Done]) -> None:
+    sections = TRACK.report(SMALL, {TRACKING.name: done})
+    pictures = [picture for section in sections for picture in section.pictures]
+    assert [picture.name for picture in pictures] == ["success", "error", "large_errors"]
+    assert all(picture.png.startswith(b"\x89PNG") for picture in pictures)
+    [successes, *_] = [picture.numbers for picture in pictures]
+    assert successes is not None
+    center = series_of(SMALL)[0].centers[0]
     row = next(one.row for one in done if one.case == center)
     share = success(row, SMALL.near)
     line = f"population,,24,servoid,,{share:.6g},{share:.6g},{share:.6g}"
-    assert line in (tmp_path / "success.csv").read_text(encoding="utf-8").splitlines()
+    assert line in successes.csv().decode().splitlines()
     [table] = [table for section in sections for table in section.tables]
     assert all(len(cells) == len(table.headings) for cells in table.rows)
     assert {cells[0] for cells in table.rows} >= {"way between images", "object"}
@@ -216,10 +228,10 @@ def test_what_is_reported_is_what_the_rows_say(done: list[Done], tmp_path: Path)
 
 
 @pytest.mark.extended
-def test_failed_trials_are_left_out(done: list[Done], tmp_path: Path) -> None:
+def test_failed_trials_are_left_out(done: list[Done]) -> None:
     lost = [replace(one, row=None, failure="the camera broke") for one in done]
-    assert TRACK.report(SMALL, {TRACKING.name: lost}, tmp_path)[0].heading == "No trial succeeded"
-    sections = TRACK.report(SMALL, {TRACKING.name: [done[0], *lost[1:]]}, tmp_path)
+    assert TRACK.report(SMALL, {TRACKING.name: lost})[0].heading == "No trial succeeded"
+    sections = TRACK.report(SMALL, {TRACKING.name: [done[0], *lost[1:]]})
     [table] = [table for section in sections for table in section.tables]
     known = [cells for cells in table.rows if cells[-1] is not None]
     assert 0 < len(known) < len(table.rows)
@@ -227,14 +239,14 @@ def test_failed_trials_are_left_out(done: list[Done], tmp_path: Path) -> None:
 
 def test_a_panel_of_success_shows_both_trackers_at_each_value() -> None:
     settings = changed(SMALL, sweep=SweepSettings(**{**NOTHING, "way_mm": (5.0, 40.0, 90.0)}))
-    plan = layout(settings)
+    series = series_of(settings)
     worth = {5.0: True, 12.0: True, 40.0: False, 90.0: True}
     done = []
-    for case in plan.cases():
+    for case in TRACK.plan(settings)[0].cases:
         holds = worth[case.scene.way_mm] and case.method is Method.REGION
         status = ["tracking" if holds else "lost"] * 11
         done.append(Done(case, row_of(status, [0.0] * 11)))
-    [panel] = success_panels(plan, Sweep(done), settings.near)
+    [panel] = success_panels(series, Sweep(done), settings.near)
     ours, paper = (
         {
             value: spread and spread.middle

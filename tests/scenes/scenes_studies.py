@@ -8,7 +8,6 @@ from scene_table import Figures, scene
 
 from servoid._native import PaperSettings, Pose, Tracker, TrackSettings, View, paper_scores
 from servoid_experiments.paper.eye_pair import (
-    EyeMode,
     EyePair,
     Moment,
     PairSettings,
@@ -20,8 +19,9 @@ from servoid_experiments.paper.servoing.method import Method, TrackerKind
 from servoid_experiments.paper.servoing.runs import quick_servoing
 from servoid_experiments.paper.servoing.settings import with_constant
 from servoid_experiments.paper.servoing.trial import ServoingCase, run_servoing
-from servoid_experiments.paper.two.case import Procedure, TwoRow
+from servoid_experiments.paper.two.modelling import Procedure, TwoRow
 from servoid_experiments.paper.two.report import QUICK_TWO, two_work
+from servoid_experiments.stage import EyeMode
 
 COARSE = with_constant(quick_servoing().constants, "scene.amplitude", 0.04)
 SHORT = ServoingCase(name="short", seed=3, omega=4.0, settle_s=0.3, periods=1, constants=COARSE)

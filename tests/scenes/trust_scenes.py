@@ -20,9 +20,9 @@ from servoid.record import Waypoint, write_trajectory
 from servoid.sim.samples.surface import obj_text
 from servoid.sim.world.objects.loft import lathe
 from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Texture, Visual
-from servoid_experiments.modelling import design_of
-from servoid_experiments.tracking.cases import Eyes, Scene
-from servoid_experiments.tracking.footage import RATE_HZ, SetUp
+from servoid_experiments.modelling.designs import design_of
+from servoid_experiments.stage import EyeMode
+from servoid_experiments.tracking.scene import RATE_HZ, Scene, SetUp
 
 SMALL, FULL = (320, 240), (640, 480)
 PRINTED, PLAIN = ("bottle", "mug", "drill", "painted_ellipsoid"), ("plain_mug", "two_ellipsoids")
@@ -162,7 +162,7 @@ class Course:
             light=1.0,
             hidden=self.hidden,
             baseline_mm=BASELINE_MM,
-            eyes=Eyes.VERGED,
+            eyes=EyeMode.VERGED,
             images=self.images,
             size_px=size_px,
             seed=seed,

@@ -20,7 +20,7 @@ from servoid.pose import Pose
 from servoid.source import Instant
 from servoid.track import Followed, Request, Subject, Tracked, read_instants
 from servoid.track.starting import begin
-from servoid_experiments.tracking.footage import RATE_HZ, SetUp
+from servoid_experiments.tracking.scene import RATE_HZ, SetUp
 from servoid_experiments.tracking.trial import known_of
 
 STEP_DEG = 6.0  # from image to image

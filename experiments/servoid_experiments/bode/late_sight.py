@@ -42,8 +42,11 @@ class Sight:
 
 
 @dataclass(frozen=True, eq=False)
-class LateEstimate:
-    """The fields of a tracker's estimate, for an object that was found without any error."""
+class MadeEstimate:
+    """The fields of a tracker's estimate that servoing uses; only the core makes its own type.
+
+    Without others, they are those of an object that was found without any error.
+    """
 
     time_s: float
     world_from_object: Pose
@@ -126,19 +129,19 @@ class Reader:
         images: Images,  # noqa: ARG002
         world_from_object: Pose,
         masks: Images | None = None,  # noqa: ARG002
-    ) -> LateEstimate:
+    ) -> MadeEstimate:
         """Return the pose that was given."""
-        return LateEstimate(time_s, world_from_object, self._covariance)
+        return MadeEstimate(time_s, world_from_object, self._covariance)
 
     def step(
         self, time_s: float, world_from_camera: Sequence[Pose], images: Images
-    ) -> LateEstimate:
+    ) -> MadeEstimate:
         """Return the object's pose, assuming that the camera is at its reported pose."""
         image = images[0]
         if image is None:
             raise ValueError("the first camera delivered no image; a LateSource always does")
         pose = world_from_camera[0] @ pose_of(image)
-        return LateEstimate(time_s, pose, self._covariance)
+        return MadeEstimate(time_s, pose, self._covariance)
 
 
 def image_of(pose: Pose) -> NDArray[np.uint8]:

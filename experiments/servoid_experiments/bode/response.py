@@ -14,6 +14,7 @@ from servoid.batch import Experiment
 from servoid.errors import ServoError
 from servoid.pose.exact import Floats
 from servoid.servo import Controller, ServoSettings, servo
+from servoid.servo.exploration import awaited
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.track import Follower, Method
 from servoid_experiments.bode.recording import Course, RunRecorder
@@ -24,7 +25,6 @@ _CAMERAS = CameraSettings(size_px=(320, 240), samples=1, moments=1)
 _ELLIPSOIDS = 4
 _SAME_M = 1e-7  # closer vertices are merged
 _HELD_S = 0.1  # for which the hand may be held in the recorded period
-_PATIENCE = 100  # control periods within which the first image must arrive
 
 
 class ResponseCase(msgspec.Struct, frozen=True, kw_only=True):
@@ -186,14 +186,7 @@ def _servo(case: ResponseCase) -> ServoSettings:
 
 def _start_tracker(world: World, body: Body, seed: int) -> Follower:
     """Start a tracker on the static object."""
-    rest = np.zeros(len(world.arm.joints.names))
-    for _ in range(_PATIENCE):
-        instant = world.source.newest()
-        if instant is not None:
-            break
-        world.arm.command(rest)
-    else:
-        raise ServoError(f"no image came within {_PATIENCE} control periods")
+    instant = awaited(world.arm, world.source)
     tracker = Method.REGION.maker(world.cameras, body, {"seed": seed})
     tracker.start(
         instant.time_s,

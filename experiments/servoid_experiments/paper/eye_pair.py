@@ -1,8 +1,7 @@
 """Images of the hand's eyes of an object in the simulated world, without a moving arm."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from enum import Enum
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated
 
@@ -11,26 +10,21 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from servoid._native import Body, Camera, Lens, Pose
+from servoid._native import Body, Camera, Lens, Pose, View
 from servoid.servo.law.gaze import fixation
 from servoid.sim.arm_file import read_arm
 from servoid.sim.world import CameraSettings, LightSettings
 from servoid.sim.world.cameras.camera_simulator import make_lens
-from servoid.sim.world.cameras.renderer import Raycaster, Shot
-from servoid.sim.world.events.motions import compose, pose_of, row_of, unit_row
+from servoid.sim.world.events.motions import pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.room import make_room
-from servoid.sim.world.scene.visuals import OBJECT, Ellipsoid, Visual
+from servoid.sim.world.scene.visuals import OBJECT, Ellipsoid
+from servoid_experiments.stage import EyeMode, Stage, pinhole
 
 Image = NDArray[np.uint8]
 Triple = tuple[float, float, float]
 
-
-class EyeMode(Enum):
-    """Where the two eyes look."""
-
-    VERGED = "verged"
-    PARALLEL = "parallel"
+_LIGHT_TURN, _LIGHT_LEVEL = 0.2, 0.15
 
 
 class PairSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -69,6 +63,12 @@ class Moment:
     level: float = 1.0
     toward: Triple = LightSettings().toward
 
+    def lit(self, random: np.random.Generator) -> "Moment":
+        """Return the same scene in another light."""
+        x, y, z = np.array(self.toward) + random.uniform(-_LIGHT_TURN, _LIGHT_TURN, 3)
+        level = 1.0 + random.uniform(-_LIGHT_LEVEL, _LIGHT_LEVEL)
+        return replace(self, level=float(level), toward=(float(x), float(y), float(z)))
+
 
 @dataclass(frozen=True, eq=False)
 class EyePair:
@@ -84,6 +84,11 @@ class EyePair:
     depths: tuple[NDArray[np.float32], NDArray[np.float32]]
     world_from_object: Pose
 
+    def views(self, masks: Sequence[Image]) -> list[View]:
+        """Return both eyes' views with masks of the object."""
+        eyes = zip(self.cameras, self.world_from_cameras, masks, strict=True)
+        return [View(camera=one, world_from_camera=pose, mask=mask) for one, pose, mask in eyes]
+
 
 def paper_hand() -> Pose:
     """Return `world_from_hand` at the paper's start, from the arm's file."""
@@ -98,36 +103,33 @@ def see(settings: PairSettings, moment: Moment) -> EyePair:
 
     """
     lens = _lens(settings)
-    visuals, renderer = _stage(moment.object_name, settings.background, settings.clutter)
+    stage = _stage(moment.object_name, settings.background, settings.clutter)
     world_from_object = moment.world_from_hand @ moment.hand_from_object
-    rows = _rows(visuals, world_from_object)
+    places = stage.places({OBJECT: row_of(world_from_object)})
     middle = np.array(moment.hand_from_object.translation)
     eyes = world_from_eyes(moment.world_from_hand, middle, moment.eyes)
-    own = [index for index, visual in enumerate(visuals) if visual.carrier == OBJECT]
-    images, masks, depths = [], [], []
-    for number, eye in enumerate(eyes):
-        shot = Shot(
-            lens=lens,
-            world_from_lens=row_of(eye)[None],
-            world_from_visuals=rows[None],
+    images = [
+        stage.image(
+            lens,
+            eye,
+            places,
             toward=moment.toward,
             level=moment.level,
             samples=settings.samples,
             noise=settings.noise,
             seed=2 * moment.seed + number,
-            threads=1,
         )
-        images.append(renderer.image(shot))
-        depth, numbers = renderer.depth(lens, row_of(eye), rows)
-        depths.append(depth)
-        masks.append(np.where(np.isin(numbers, own), np.uint8(255), np.uint8(0)))
-    camera = Camera(size_px=lens.size_px, focal_px=lens.focal_px, center_px=lens.center_px)
+        for number, eye in enumerate(eyes)
+    ]
+    (left_depth, left_own), (right_depth, right_own) = (
+        stage.depth(lens, eye, places) for eye in eyes
+    )
     return EyePair(
-        cameras=(camera, camera),
+        cameras=(pinhole(lens), pinhole(lens)),
         world_from_cameras=eyes,
         images=(images[0], images[1]),
-        masks=(masks[0], masks[1]),
-        depths=(depths[0], depths[1]),
+        masks=(stage.mask(left_own), stage.mask(right_own)),
+        depths=(left_depth, right_depth),
         world_from_object=world_from_object,
     )
 
@@ -151,30 +153,25 @@ def world_from_eyes(
     return eye(-1.0, left), eye(1.0, right)
 
 
-def true_body(object_name: str, world_from_object: Pose) -> Body:
-    """Return an object that consists of ellipsoids as a body, in the object's own frame."""
-    parts = [visual for visual in make_object(object_name) if isinstance(visual.shape, Ellipsoid)]
+def true_body(object_name: str, world_from_object: Pose, radii: Triple | None = None) -> Body:
+    """Return an object that consists of ellipsoids as a body, in the object's own frame.
+
+    `radii` are those of the world's ellipsoid, if they are not its own.
+    """
+    parts = [one for one in make_object(object_name, radii) if isinstance(one.shape, Ellipsoid)]
     places = np.array([unit_row(visual.carrier_from_visual) for visual in parts])
-    radii = [visual.shape.radii for visual in parts if isinstance(visual.shape, Ellipsoid)]
+    sizes = [visual.shape.radii for visual in parts if isinstance(visual.shape, Ellipsoid)]
     return Body(
         world_from_object=world_from_object,
         centers=np.ascontiguousarray(places[:, 4:]),
-        radii=np.array(radii),
+        radii=np.array(sizes, float),
         rotations=np.ascontiguousarray(places[:, :4]),
     )
 
 
 @lru_cache(maxsize=4)
-def _stage(name: str, background: str, clutter: int) -> tuple[tuple[Visual, ...], Raycaster]:
-    visuals = (*make_object(name), *make_room(background, clutter))
-    return visuals, Raycaster(visuals)
-
-
-def _rows(visuals: Sequence[Visual], world_from_object: Pose) -> NDArray[np.float64]:
-    carried = np.array([unit_row(visual.carrier_from_visual) for visual in visuals])
-    still = row_of(Pose.identity())
-    carriers = [row_of(world_from_object) if t.carrier == OBJECT else still for t in visuals]
-    return compose(np.array(carriers), carried)
+def _stage(name: str, background: str, clutter: int) -> Stage:
+    return Stage((*make_object(name), *make_room(background, clutter)))
 
 
 def _lens(settings: PairSettings) -> Lens:

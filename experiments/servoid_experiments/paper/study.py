@@ -1,24 +1,23 @@
 """The study of the paper: all its experiments, from one settings file."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import msgspec
 
-from servoid_experiments.design import Results, Study, Work
+from servoid.batch import Results, Work
+from servoid_experiments.design import Section, Study
 from servoid_experiments.paper.maps.fitness_map import FITNESS_MAP
 from servoid_experiments.paper.maps.report import QUICK_MAP, MapSettings, map_section, map_work
-from servoid_experiments.paper.sensitivity.changes import (
+from servoid_experiments.paper.sensitivity import (
     SensitivitySettings,
     quick_sensitivity,
+    sensitivity_sections,
     sensitivity_work,
 )
-from servoid_experiments.paper.sensitivity.report import sensitivity_sections
 from servoid_experiments.paper.servoing.report import servoing_sections
 from servoid_experiments.paper.servoing.runs import ServoingSettings, quick_servoing, servoing_work
 from servoid_experiments.paper.two.modelling import TWO_ELLIPSOIDS
 from servoid_experiments.paper.two.report import QUICK_TWO, TwoSettings, two_section, two_work
-from servoid_experiments.report import Section
 
 
 class PaperStudySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -40,14 +39,14 @@ def plan_paper(settings: PaperStudySettings) -> list[Work]:
     ]
 
 
-def report_paper(settings: PaperStudySettings, results: Results, folder: Path) -> Sequence[Section]:
+def report_paper(settings: PaperStudySettings, results: Results) -> Sequence[Section]:
     """Draw each figure, and list its numbers."""
     constants = settings.servoing.constants
     return [
-        map_section(settings.map, results[FITNESS_MAP.name], folder),
-        two_section(settings.two, results[TWO_ELLIPSOIDS.name], folder),
-        *servoing_sections(settings.servoing, results, folder),
-        *sensitivity_sections(settings.sensitivity, constants, results, folder),
+        map_section(settings.map, results[FITNESS_MAP.name]),
+        two_section(settings.two, results[TWO_ELLIPSOIDS.name]),
+        *servoing_sections(settings.servoing, results),
+        *sensitivity_sections(settings.sensitivity, constants, results),
     ]
 
 

@@ -1,96 +1,178 @@
-"""The trials of the study of tracking."""
+"""The settings of the study of tracking: factors, centre, every number, and the trials."""
 
-from dataclasses import dataclass
+from dataclasses import replace
+from typing import Annotated
+
+from msgspec import Meta, Struct
+from msgspec.structs import asdict
 
 from servoid._native import OneStepSettings, TrackSettings
+from servoid.batch import Work
+from servoid.sim.world.objects import OBJECTS
 from servoid.track import Method
 from servoid.view.axes import DISTINCT
-from servoid_experiments.design import Work
-from servoid_experiments.sweeping import Factor, Series, cases_around, varied
-from servoid_experiments.tracking.cases import Eyes, Scene, TrackCase
-from servoid_experiments.tracking.settings import TrackStudySettings
-from servoid_experiments.tracking.trial import TRACKING
+from servoid_experiments.design import Count, NotNegative, Positive
+from servoid_experiments.stage import EyeMode
+from servoid_experiments.sweep import Factor, Series, check_names, check_varied, varied
+from servoid_experiments.tracking.scene import Scene, Share
+from servoid_experiments.tracking.trial import TRACKING, TrackCase
 
-WAY, HIDDEN, BASELINE, GENERATIONS = (
-    "scene.way_mm",
-    "scene.hidden",
-    "scene.baseline_mm",
-    "generations",
+WAY, HIDDEN, BASELINE = "scene.way_mm", "scene.hidden", "scene.baseline_mm"
+_GENERATIONS, _EYES = "generations", "scene.eyes"
+
+Size = Annotated[tuple[Count, Count], Meta(description="width and height of an image")]
+
+
+class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The case in the centre: factors that are not varied have these values."""
+
+    object: Annotated[str, Meta(description="a shipped object")] = "bottle"
+    way_mm: Annotated[
+        Positive, Meta(description="of the object's middle from one image to the next")
+    ] = 12.0
+    population: Annotated[
+        Count | None, Meta(description="hypotheses a generation; none: each tracker's default")
+    ] = None
+    generations: Annotated[
+        Count | None, Meta(description="an image; none: the tracker's default")
+    ] = None
+    ellipsoids: Annotated[Count, Meta(description="of the body that is tracked")] = 5
+    noise: Annotated[
+        NotNegative, Meta(description="standard deviation of a pixel's noise in grey levels")
+    ] = 2.0
+    light: Annotated[Positive, Meta(description="what the light is multiplied by halfway")] = 1.0
+    hidden: Annotated[
+        Share, Meta(description="share of the object that is hidden in the third quarter")
+    ] = 0.0
+    baseline_mm: Annotated[Positive, Meta(description="from eye to eye")] = 120.0
+    eyes: Annotated[EyeMode, Meta(description="verged or parallel")] = EyeMode.VERGED
+
+    def __post_init__(self) -> None:
+        """Raise a StudyError if there is no such object."""
+        check_names([self.object], OBJECTS)
+
+
+class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The values of each factor, which are varied one at a time; empty: not varied."""
+
+    way_mm: Annotated[tuple[Positive, ...], Meta(description="mm an image")] = (
+        2.0, 5.0, 20.0, 30.0, 45.0, 60.0, 90.0,
+    )  # fmt: skip
+    population: Annotated[tuple[Count, ...], Meta(description="hypotheses a generation")] = (
+        8, 16, 50, 100, 200,
+    )  # fmt: skip
+    generations: Annotated[tuple[Count, ...], Meta(description="an image")] = (2, 4, 8)
+    ellipsoids: Annotated[tuple[Count, ...], Meta(description="of the body")] = (1, 2, 3, 8)
+    noise: Annotated[tuple[NotNegative, ...], Meta(description="grey levels")] = (
+        0.0, 6.0, 12.0, 24.0, 48.0,
+    )  # fmt: skip
+    light: Annotated[tuple[Positive, ...], Meta(description="what it is multiplied by")] = (
+        0.1, 0.2, 0.4, 0.7, 1.5, 2.5,
+    )  # fmt: skip
+    hidden: Annotated[tuple[Share, ...], Meta(description="share of the object")] = (
+        0.25, 0.5, 0.75, 1.0,
+    )  # fmt: skip
+    baseline_mm: Annotated[
+        tuple[Positive, ...], Meta(description="mm, with eyes of both kinds")
+    ] = (20.0, 60.0, 240.0, 400.0)
+    object: Annotated[tuple[str, ...], Meta(description="shipped objects")] = (
+        "mug", "drill", "two_ellipsoids",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        """Raise a StudyError if nothing is varied, or if there is no such object."""
+        check_varied(self)
+        check_names(self.object, OBJECTS)
+
+
+class TrackStudySettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Settings of the study of tracking."""
+
+    seeds: Annotated[
+        int, Meta(ge=1, description="scenes a case: paths, rooms, noise and searches")
+    ] = 8
+    images: Annotated[int, Meta(ge=12, description="a scene")] = 48
+    size_px: Size = (320, 240)
+    near: Annotated[
+        float,
+        Meta(gt=0.0, description="ADD up to which a pose counts as right, in object diameters"),
+    ] = 0.1
+    center: CenterSettings = CenterSettings()
+    sweep: SweepSettings = SweepSettings()
+
+
+QUICK = TrackStudySettings(
+    seeds=2,
+    images=24,
+    sweep=SweepSettings(
+        way_mm=(30.0, 90.0),
+        population=(8,),
+        generations=(4,),
+        ellipsoids=(1,),
+        noise=(24.0,),
+        light=(0.2,),
+        hidden=(0.75,),
+        baseline_mm=(30.0,),
+        object=(),
+    ),
 )
 
 
-@dataclass(frozen=True)
-class Plan:
-    """The varied factors, and the series of cases in the centre.
-
-    `ours` and `paper` are the trackers in the centre. `thorough` is servoid's with the largest
-    number of generations in the sweep, if that exceeds the centre's, and is varied in `way_mm`.
-    `other_eyes` are both trackers with the other direction of the eyes, and are varied in the
-    baseline.
-    """
-
-    factors: tuple[Factor, ...]
-    ours: Series[TrackCase]
-    paper: Series[TrackCase]
-    thorough: Series[TrackCase] | None
-    other_eyes: tuple[Series[TrackCase], Series[TrackCase]]
-
-    @property
-    def series(self) -> list[Series[TrackCase]]:
-        """Return all series."""
-        thorough = [] if self.thorough is None else [self.thorough]
-        return [self.ours, self.paper, *thorough, *self.other_eyes]
-
-    def factors_of(self, series: Series[TrackCase]) -> list[Factor]:
-        """Return the factors that are varied in a series."""
-        if series in self.other_eyes:
-            return [one for one in self.factors if one.key == BASELINE]
-        if series is self.thorough:
-            return [one for one in self.factors if one.key == WAY]
-        if series is self.paper:
-            return [one for one in self.factors if one.key != GENERATIONS]
-        return list(self.factors)
-
-    def cases(self) -> list[TrackCase]:
-        """Return all cases; those that share a room, and within it a scene, are consecutive."""
-        found: list[TrackCase] = []
-        for series in self.series:
-            found += cases_around(series.centers, self.factors_of(series))
-        by_scene: dict[Scene, dict[TrackCase, None]] = {}
-        for case in found:
-            by_scene.setdefault(case.scene, {})[case] = None
-        scenes = sorted(by_scene, key=lambda scene: scene.seed)
-        return [case for scene in scenes for case in by_scene[scene]]
-
-
 def plan_tracking(settings: TrackStudySettings) -> list[Work]:
-    """Return the trials of the settings."""
-    return [Work(TRACKING, layout(settings).cases())]
+    """Return the trials; those that share a room, and within it a scene, are consecutive."""
+    by_scene: dict[Scene, dict[TrackCase, None]] = {}
+    for series in series_of(settings):
+        for case in series.cases():
+            by_scene.setdefault(case.scene, {})[case] = None
+    scenes = sorted(by_scene, key=lambda scene: scene.seed)
+    return [Work(TRACKING, [case for scene in scenes for case in by_scene[scene]])]
 
 
-def layout(settings: TrackStudySettings) -> Plan:
-    """Return the factors that the settings vary, and their centres."""
-    ours = Series("servoid", DISTINCT[0], _centers(settings, Method.REGION))
-    paper = Series("the paper's 1-step GA", DISTINCT[1], _centers(settings, Method.PAPER))
+def series_of(settings: TrackStudySettings) -> list[Series[TrackCase]]:
+    """Return both trackers in the centre, servoid's first, and dashed series of one factor.
+
+    These are servoid's with the largest number of generations in the sweep, if that exceeds the
+    centre's, over the way, and both with the other direction of the eyes, over the baseline.
+    """
+    factors = _factors(settings)
+    ours = Series("servoid", DISTINCT[0], _centers(settings, Method.REGION), factors)
+    paper = Series(
+        "the paper's 1-step GA",
+        DISTINCT[1],
+        _centers(settings, Method.PAPER),
+        tuple(one for one in factors if one.key != _GENERATIONS),
+    )
     own = ours.centers[0].generations
     most = max((*settings.sweep.generations, own))
-    eyes = next(one for one in Eyes if one is not settings.center.eyes)
-    return Plan(
-        factors=factors_of(settings),
-        ours=ours,
-        paper=paper,
-        thorough=_dashed(ours, GENERATIONS, most) if most > own else None,
-        other_eyes=(_dashed(ours, "scene.eyes", eyes), _dashed(paper, "scene.eyes", eyes)),
-    )
+    eyes = next(one for one in EyeMode if one is not settings.center.eyes)
+    more = [(ours, _GENERATIONS, most, WAY, f"dashed: {most} generations")] if most > own else []
+    return [
+        ours,
+        paper,
+        *(
+            replace(
+                one,
+                centers=tuple(varied(center, key, value) for center in one.centers),
+                factors=tuple(factor for factor in factors if factor.key == over),
+                style="--",
+                note=note,
+            )
+            for one, key, value, over, note in (
+                *more,
+                (ours, _EYES, eyes, BASELINE, f"dashed: {eyes.value} eyes"),
+                (paper, _EYES, eyes, BASELINE, f"dashed: {eyes.value} eyes"),
+            )
+        ),
+    ]
 
 
-def factors_of(settings: TrackStudySettings) -> tuple[Factor, ...]:
+def _factors(settings: TrackStudySettings) -> tuple[Factor, ...]:
     """Return the varied factors."""
     sweep = settings.sweep
     every = (
         Factor(WAY, "way between images", "mm", sweep.way_mm, log=True),
         Factor("population", "population", "", sweep.population, log=True),
-        Factor(GENERATIONS, "generations an image", "", sweep.generations, log=True),
+        Factor(_GENERATIONS, "generations an image", "", sweep.generations, log=True),
         Factor("ellipsoids", "ellipsoids", "", sweep.ellipsoids),
         Factor("scene.noise", "noise of the images", "grey levels", sweep.noise),
         Factor("scene.light", "light changes halfway", "times", sweep.light, log=True),
@@ -102,33 +184,18 @@ def factors_of(settings: TrackStudySettings) -> tuple[Factor, ...]:
 
 
 def _centers(settings: TrackStudySettings, method: Method) -> tuple[TrackCase, ...]:
-    center, own = settings.center, TrackSettings()
-    is_paper = method is Method.PAPER
+    own, is_paper = TrackSettings(), method is Method.PAPER
     population = OneStepSettings().population if is_paper else own.population
+    center = asdict(settings.center)
+    tracker = {
+        "method": method,
+        "population": center.pop("population") or population,
+        "generations": center.pop("generations") or own.generations,
+        "ellipsoids": center.pop("ellipsoids"),
+    }
+    if is_paper:
+        tracker["generations"] = 1
+    scene = {**center, "images": settings.images, "size_px": settings.size_px}
     return tuple(
-        TrackCase(
-            scene=Scene(
-                object=center.object,
-                way_mm=center.way_mm,
-                noise=center.noise,
-                light=center.light,
-                hidden=center.hidden,
-                baseline_mm=center.baseline_mm,
-                eyes=center.eyes,
-                images=settings.images,
-                size_px=settings.size_px,
-                seed=seed,
-            ),
-            method=method,
-            population=center.population or population,
-            generations=1 if is_paper else center.generations or own.generations,
-            ellipsoids=center.ellipsoids,
-        )
-        for seed in range(settings.seeds)
+        TrackCase(scene=Scene(**scene, seed=seed), **tracker) for seed in range(settings.seeds)
     )
-
-
-def _dashed(series: Series[TrackCase], key: str, value: int | Eyes) -> Series[TrackCase]:
-    """Return a series with another value of one field."""
-    centers = tuple(varied(center, key, value) for center in series.centers)
-    return Series(series.name, series.color, centers, style="--")

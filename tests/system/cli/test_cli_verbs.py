@@ -16,8 +16,11 @@ from servoid.capture import open_capture
 from servoid.record import read_trajectory
 from servoid.servo import settings_toml
 from servoid.shape import load_body
-from servoid_experiments.modelling import ModelStudySettings
-from servoid_experiments.modelling.settings import CenterSettings, SweepSettings
+from servoid_experiments.modelling.study import (
+    CenterSettings,
+    ModelStudySettings,
+    SweepSettings,
+)
 
 NOTHING = dict.fromkeys(SweepSettings.__struct_fields__, ())
 TINY = ModelStudySettings(

@@ -6,8 +6,8 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from servoid_experiments.paper.eye_pair import EyeMode, PairSettings, Triple
-from servoid_experiments.paper.maps.ridges import Ridge
+from servoid_experiments.paper.eye_pair import PairSettings, Triple
+from servoid_experiments.stage import EyeMode
 
 
 class Fitness(Enum):
@@ -62,6 +62,23 @@ class MapCase(msgspec.Struct, frozen=True, kw_only=True):
         return f"{self.object_name.replace('_', ' ')}, {self.eyes.value} eyes"
 
 
+class Ridge(msgspec.Struct, frozen=True, kw_only=True):
+    """Where the fitness is above 90 % of its peak, in metres.
+
+    `along` are straight lines through the peak, along x, y and z. `crest` is along z, with the best
+    x and y at each depth: the ridge itself, which follows the line of sight. `crest_from_floor` is
+    the same with the share counted from the lowest value of the whole map instead of from 0. `peak`
+    is the position of the maximum relative to the true one. A width is None where the fitness is
+    not above 0 or the ridge leaves the evaluated range.
+    """
+
+    along: list[float | None]
+    crest: float | None
+    crest_from_floor: float | None
+    peak: list[float]
+    height: float
+
+
 class FitnessRow(msgspec.Struct, frozen=True, kw_only=True):
     """The results for one fitness.
 
@@ -72,13 +89,13 @@ class FitnessRow(msgspec.Struct, frozen=True, kw_only=True):
 
     fitness: Fitness
     ridge: Ridge
-    floor: float | None
-    map_peak: list[float]
-    xy: list[list[float]]
-    yz: list[list[float]]
-    xz: list[list[float]]
-    along_z: list[float]
-    crest: list[float]
+    floor: float | None = None
+    map_peak: list[float] = []
+    xy: list[list[float]] = []
+    yz: list[list[float]] = []
+    xz: list[list[float]] = []
+    along_z: list[float] = []
+    crest: list[float] = []
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
@@ -90,8 +107,8 @@ class Answer(msgspec.Struct, frozen=True, kw_only=True):
     """
 
     fitness: Fitness
-    error: list[float] | None
-    sigma_z: float | None
+    error: list[float] | None = None
+    sigma_z: float | None = None
 
 
 class MapRow(msgspec.Struct, frozen=True, kw_only=True):

@@ -1,16 +1,14 @@
 """Draws fitness maps: the three planes of Fig. 8, and the ridges along z."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servoid.output import write_whole
 from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid_experiments.design import Picture, Table
 from servoid_experiments.paper.maps.case import Fitness, FitnessRow, MapCase, MapRow
 from servoid_experiments.paper.maps.places import Places
-from servoid_experiments.report import csv_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,13 +28,8 @@ _PLANES = (("xy", 0, 1), ("yz", 1, 2), ("xz", 0, 2))
 _MM = 1000.0
 
 
-def draw_map(case: MapCase, row: MapRow, file: Path) -> None:
-    """Draw the planes x-y, y-z and x-z of each fitness, with a CSV of the numbers beside it.
-
-    Raises:
-        OutputError: a file cannot be written.
-
-    """
+def draw_map(case: MapCase, row: MapRow) -> Picture:
+    """Draw the planes x-y, y-z and x-z of each fitness."""
     found = {one.fitness: one for one in row.fitnesses}
     figure = new_figure(11.0, 8.2)
     panels = figure.subplots(len(_PLANES), len(MAPPED), squeeze=False)
@@ -49,17 +42,17 @@ def draw_map(case: MapCase, row: MapRow, file: Path) -> None:
     if shown is not None:
         bar = figure.colorbar(shown, ax=panels, shrink=0.6, pad=0.015)
         bar.set_label("fitness, share of its peak", fontsize=11)
-    write_whole(file, png(figure))
-    write_whole(file.with_suffix(".csv"), _map_csv(case, row))
+    name = f"fitness_map_{case.object_name}_{case.eyes.value}"
+    caption = (
+        f"Fitness maps as in Fig. 8: {case.title}. Each shade is the best fitness over the third "
+        "axis, dark at the peak; the orange line is at 90 % of the peak, the ring around the true "
+        "place."
+    )
+    return Picture(name, caption, png(figure), _map_numbers(name, case, row))
 
 
-def draw_ridges(rows: Sequence[tuple[MapCase, MapRow]], file: Path) -> None:
-    """Draw the crests along z of all fitnesses, a panel for each row, with a CSV.
-
-    Raises:
-        OutputError: a file cannot be written.
-
-    """
+def draw_ridges(rows: Sequence[tuple[MapCase, MapRow]]) -> Picture:
+    """Draw the crests along z of all fitnesses, a panel for each row."""
     figure = new_figure(max(5.4 * len(rows), 9.0), 4.7)
     panels = figure.subplots(1, len(rows), squeeze=False, sharey=True)[0]
     for panel, (case, row) in zip(panels, rows, strict=True):
@@ -84,8 +77,18 @@ def draw_ridges(rows: Sequence[tuple[MapCase, MapRow]], file: Path) -> None:
     panels[0].set_ylabel("best fitness at this depth,\nshare of its peak", fontsize=11)
     lines, names = panels[0].get_legend_handles_labels()
     figure.legend(lines, names, frameon=False, fontsize=10.5, ncols=5, loc="outside lower center")
-    write_whole(file, png(figure))
-    write_whole(file.with_suffix(".csv"), _ridge_csv(rows))
+    numbers = Table(
+        "fitness_ridges",
+        ("object", "eyes", "fitness", "z_from_truth_mm", "value"),
+        [
+            (case.object_name, case.eyes.value, one.fitness.value, f"{_MM * depth:.2f}", value)
+            for case, row in rows
+            for one in row.fitnesses
+            for depth, value in zip(row.crest_depths, one.crest, strict=False)
+        ],
+    )
+    caption = "Ridges along z: the best fitness at each depth. The narrower, the surer is z."
+    return Picture(numbers.name, caption, png(figure), numbers)
 
 
 def _likelihood(panel: "Axes", row: MapRow) -> None:
@@ -133,23 +136,13 @@ def _plane(
     return shown
 
 
-def _map_csv(case: MapCase, row: MapRow) -> bytes:
+def _map_numbers(name: str, case: MapCase, row: MapRow) -> Table:
     axes = Places(case.trial).axes
     rows = [
-        (one.fitness.value, name, f"{_MM * place:.1f}", f"{_MM * line:.1f}", value)
+        (one.fitness.value, plane, f"{_MM * place:.1f}", f"{_MM * line:.1f}", value)
         for one in row.fitnesses
-        for name, across, up in _PLANES
-        for line, values in zip(axes[up], getattr(one, name), strict=False)
+        for plane, across, up in _PLANES
+        for line, values in zip(axes[up], getattr(one, plane), strict=False)
         for place, value in zip(axes[across], values, strict=False)
     ]
-    return csv_of(("fitness", "plane", "first_mm", "second_mm", "value"), rows)
-
-
-def _ridge_csv(rows: Sequence[tuple[MapCase, MapRow]]) -> bytes:
-    lines = [
-        (case.object_name, case.eyes.value, one.fitness.value, f"{_MM * depth:.2f}", value)
-        for case, row in rows
-        for one in row.fitnesses
-        for depth, value in zip(row.crest_depths, one.crest, strict=False)
-    ]
-    return csv_of(("object", "eyes", "fitness", "z_from_truth_mm", "value"), lines)
+    return Table(name, ("fitness", "plane", "first_mm", "second_mm", "value"), rows)

@@ -11,9 +11,15 @@ from servoid.errors import MaskError
 from servoid.pose.exact import Floats
 from servoid.segment.hue import hue_window, match_image
 from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
-from servoid_experiments.paper.maps.case import Answer, Fitness, FitnessRow, MapCase, MapRow
-from servoid_experiments.paper.maps.places import Places
-from servoid_experiments.paper.maps.ridges import Ridge, peak_of, width_at_share
+from servoid_experiments.paper.maps.case import (
+    Answer,
+    Fitness,
+    FitnessRow,
+    MapCase,
+    MapRow,
+    Ridge,
+)
+from servoid_experiments.paper.maps.places import Places, peak_of, width_at_share
 
 FINEST, COARSEST = 0, 2  # resolutions of the surface points
 _BESIDE = 0.005  # along each axis: the offset at which servoid starts its search
@@ -56,20 +62,11 @@ FITNESS_MAP = Experiment("fitness_map", run_fitness_map, MapCase, MapRow)
 
 def _seen(case: MapCase, hand_from_object: Pose, number: int) -> EyePair:
     """Render a pair; from the second seed on, the light differs, too."""
-    random = np.random.default_rng([case.seed, number])
-    usual = Moment(case.object_name, hand_from_object, paper_hand(), case.eyes, 0)
-    change = 1.0 if case.seed else 0.0
-    toward = np.array(usual.toward) + change * random.uniform(-0.2, 0.2, 3)
     moment = Moment(
-        case.object_name,
-        hand_from_object,
-        paper_hand(),
-        case.eyes,
-        seed=2 * case.seed + number,
-        level=float(1.0 + change * random.uniform(-0.15, 0.15)),
-        toward=(float(toward[0]), float(toward[1]), float(toward[2])),
+        case.object_name, hand_from_object, paper_hand(), case.eyes, seed=2 * case.seed + number
     )
-    return see(case.trial.pair, moment)
+    random = np.random.default_rng([case.seed, number])
+    return see(case.trial.pair, moment.lit(random) if case.seed else moment)
 
 
 def _taught_pose(case: MapCase) -> Pose:
@@ -102,10 +99,7 @@ def _matches(taught: EyePair, pair: EyePair) -> list[View]:
         masks = [match_image(image, *window) for image in pair.images]
     except MaskError:
         masks = list(pair.masks)
-    return [
-        View(camera=camera, world_from_camera=pose, mask=mask)
-        for camera, pose, mask in zip(pair.cameras, pair.world_from_cameras, masks, strict=True)
-    ]
+    return pair.views(masks)
 
 
 def _scorer(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> Score:
@@ -172,10 +166,7 @@ def _fitness_row(
         height=float(near.max()),
     )
     if whole is None:
-        return FitnessRow(
-            fitness=fitness, ridge=ridge, floor=None, map_peak=[], xy=[], yz=[], xz=[],
-            along_z=[], crest=[],
-        )  # fmt: skip
+        return FitnessRow(fitness=fitness, ridge=ridge)
     box = whole.reshape([len(axis) for axis in places.axes])
     top = np.unravel_index(int(box.argmax()), box.shape)
     where = np.array([axis[at] for axis, at in zip(places.axes, top, strict=True)])
@@ -213,7 +204,7 @@ def _answer(case: MapCase, by: Fitness, taught: EyePair, pair: EyePair) -> Answe
     tracker = _taught(case, taught, by)
     found = tracker.find(1.0, pair.world_from_cameras, pair.images, near)
     if found.status != "tracking":
-        return Answer(fitness=by, error=None, sigma_z=None)
+        return Answer(fitness=by)
     in_hand = paper_hand().inverse() @ found.world_from_object
     held = np.linalg.inv(np.linalg.inv(found.covariance)[:3, :3])
     return Answer(

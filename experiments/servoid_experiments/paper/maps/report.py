@@ -2,20 +2,20 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
 import msgspec
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 
 from servoid.batch import Done, Work
-from servoid_experiments.paper.eye_pair import EyeMode
+from servoid_experiments.design import Cell, Section, Table, Verdict
+from servoid_experiments.paper import AS_ASSUMED
 from servoid_experiments.paper.maps.case import Fitness, FitnessRow, MapCase, MapRow, MapTrial
 from servoid_experiments.paper.maps.drawing import draw_map, draw_ridges
 from servoid_experiments.paper.maps.fitness_map import FITNESS_MAP
-from servoid_experiments.paper.unstated import AS_IT_IS, map_variants
-from servoid_experiments.report import Cell, Finding, Picture, Section, Table, Verdict
+from servoid_experiments.stage import EyeMode
 from servoid_experiments.stats import Spread, spread_of
 
 _QUARTER = 0.25  # of the points' width was the target
@@ -70,6 +70,24 @@ def map_work(settings: MapSettings) -> Work:
     return Work(FITNESS_MAP, cases)
 
 
+def map_variants(trial: MapTrial) -> list[tuple[str, MapTrial]]:
+    """Return the trial with one number changed at a time, and what was changed."""
+    pair = trial.pair
+    width, height = pair.size_px
+    fine = replace(pair, size_px=(2 * width, 2 * height))
+    coarse = replace(pair, size_px=(width // 2, height // 2))
+    variants = [
+        ("α a third", replace(trial, alpha=trial.alpha / 3.0)),
+        ("α three times", replace(trial, alpha=3.0 * trial.alpha)),
+        ("a fifth of the points", replace(trial, points=max(1, trial.points // 5))),
+        ("images half as wide", replace(trial, pair=coarse)),
+        ("images twice as wide", replace(trial, pair=fine)),
+        ("four times the noise", replace(trial, pair=replace(pair, noise=4.0 * pair.noise))),
+        ("a plain background", replace(trial, pair=replace(pair, background="plain"))),
+    ]
+    return [(words, changed) for words, changed in variants if changed != trial]
+
+
 @dataclass(frozen=True)
 class _Pairs:
     """All pairs of an object and one direction of the eyes, with a trial that may be varied."""
@@ -102,29 +120,26 @@ class _Pairs:
         return self.variant, self.object_name, self.eyes.value, len(self.rows)
 
 
-def map_section(settings: MapSettings, done: Sequence[Done], folder: Path) -> Section:
-    """Draw the maps into a folder, and list their widths and peaks, and servoid's answers.
-
-    Raises:
-        OutputError: a picture cannot be written.
-
-    """
+def map_section(settings: MapSettings, done: Sequence[Done]) -> Section:
+    """Draw the maps, and list their widths and peaks, and servoid's answers."""
     kept = [(one.case, one.row) for one in done if one.row is not None]
     variants = map_variants(settings.trial) if settings.vary else []
     pairs = [
         _Pairs(variant, name, eyes, rows)
-        for variant, trial in [(AS_IT_IS, settings.trial), *variants]
+        for variant, trial in [(AS_ASSUMED, settings.trial), *variants]
         for name in settings.objects
         for eyes in settings.eyes
         if (rows := [row for case, row in kept
                      if (case.trial, case.object_name, case.eyes) == (trial, name, eyes)])
     ]  # fmt: skip
-    plain = [one for one in pairs if one.variant == AS_IT_IS]
     shown = [(case, row) for case, row in kept if case.whole and case.trial == settings.trial]
+    pictures = [draw_map(case, row) for case, row in shown]
+    if shown:
+        pictures.append(draw_ridges([one for one in shown if one[0].eyes is shown[0][0].eyes]))
     return Section(
         heading="Section 5.1: the fitness map (Fig. 8)",
-        findings=_findings(plain),
-        pictures=_pictures(shown, folder),
+        findings=_findings([one for one in pairs if one.variant == AS_ASSUMED]),
+        pictures=pictures,
         tables=(_widths(pairs), _answers(pairs)),
     )
 
@@ -138,8 +153,6 @@ def _widths(pairs: Sequence[_Pairs]) -> Table:
     }
     return Table(
         "fitness_widths",
-        "Widths at 90 % of the peak: of the ridge along z, and along straight lines through the "
-        "true place; and by how much the peak is off. Means over the pairs.",
         ("variant", "object", "eyes", "pairs", "fitness", *takes, "ridge_mm_95_half_width"),
         [
             (*one.place, fitness.value, *map(_mean, found), _half(found[0]))
@@ -147,6 +160,8 @@ def _widths(pairs: Sequence[_Pairs]) -> Table:
             for fitness in Fitness
             for found in [[one.fitness(fitness, take) for take in takes.values()]]
         ],
+        "Widths at 90 % of the peak: of the ridge along z, and along straight lines through the "
+        "true place; and by how much the peak is off. Means over the pairs.",
     )
 
 
@@ -160,12 +175,12 @@ def _answers(pairs: Sequence[_Pairs]) -> Table:
             rows.append((*one.place, fitness.value, *errors, _mean(sigma), width))
     return Table(
         "fitness_answers",
-        "What servoid's tracker answers, which also seeks the turn: errors by magnitude, its own "
-        "standard deviation of z, and how wide that likelihood is at 90 % of its peak. Means over "
-        "the pairs.",
         ("variant", "object", "eyes", "pairs", "by", "error_x_mm", "error_y_mm", "error_z_mm",
          "sigma_z_mm", "likelihood_mm"),
         rows,
+        "What servoid's tracker answers, which also seeks the turn: errors by magnitude, its own "
+        "standard deviation of z, and how wide that likelihood is at 90 % of its peak. Means over "
+        "the pairs.",
     )  # fmt: skip
 
 
@@ -177,7 +192,7 @@ def _half(spread: Spread | None) -> float | None:
     return None if spread is None or spread.half is None else _MM * spread.half
 
 
-def _findings(pairs: Sequence[_Pairs]) -> tuple[Finding, ...]:
+def _findings(pairs: Sequence[_Pairs]) -> dict[str, Verdict]:
     """Compare the positions of the peaks, and the widths of the ridges, with the paper's claims."""
     off = [
         float(np.abs(one.map_peak).max())
@@ -186,10 +201,10 @@ def _findings(pairs: Sequence[_Pairs]) -> tuple[Finding, ...]:
         for one in row.fitnesses
         if one.fitness is Fitness.POINTS and one.map_peak
     ]
-    found = []
+    found = {}
     if off:
         verdict = Verdict.AGREES if max(off) < 1e-6 else Verdict.PARTLY
-        found.append(Finding("The fitness is highest at the true position.", verdict))
+        found["The fitness is highest at the true position."] = verdict
     widths = [
         pairs[0].fitness(Fitness.POINTS, lambda one, i=i: one.ridge.along[i]) if pairs else None
         for i in (0, 2)
@@ -197,7 +212,7 @@ def _findings(pairs: Sequence[_Pairs]) -> tuple[Finding, ...]:
     if widths[0] and widths[1]:
         wide = widths[1].mean > 2.0 * widths[0].mean
         verdict = Verdict.AGREES if wide else Verdict.PARTLY
-        found.append(Finding("The top is wider along z than along x and y.", verdict))
+        found["The top is wider along z than along x and y."] = verdict
     ratios = [
         ours.mean / points.mean
         for one in pairs
@@ -206,24 +221,5 @@ def _findings(pairs: Sequence[_Pairs]) -> tuple[Finding, ...]:
     ]
     if ratios:
         verdict = Verdict.BEYOND if max(ratios) <= _QUARTER else Verdict.PARTLY
-        found.append(Finding("Recognition in z must become better (future work).", verdict))
-    return tuple(found)
-
-
-def _pictures(shown: Sequence[tuple[MapCase, MapRow]], folder: Path) -> tuple[Picture, ...]:
-    if not shown:
-        return ()
-    pictures = []
-    for case, row in shown:
-        file = folder / f"fitness_map_{case.object_name}_{case.eyes.value}.png"
-        draw_map(case, row, file)
-        caption = (
-            f"Fitness maps as in Fig. 8: {case.title}. Each shade is the best fitness over the "
-            "third axis, dark at the peak; the orange line is at 90 % of the peak, the ring around "
-            "the true place."
-        )
-        pictures.append(Picture(file, caption))
-    file = folder / "fitness_ridges.png"
-    draw_ridges([one for one in shown if one[0].eyes is shown[0][0].eyes], file)
-    caption = "Ridges along z: the best fitness at each depth. The narrower, the surer is z."
-    return (*pictures, Picture(file, caption))
+        found["Recognition in z must become better (future work)."] = verdict
+    return found

@@ -1,8 +1,13 @@
-"""The paper's servoing method, and replacements for its parts."""
+"""The paper's servoing method, and replacements for its parts.
 
-from collections.abc import Sequence
+Among these are other readings of the paper: the frame of the population, and the time to which
+estimates belong. The paper's equation 9 has the object in the hand's frame; the paper does not
+mention timestamps.
+"""
+
+from collections.abc import Callable, Sequence
 from enum import Enum
-from typing import Annotated
+from typing import Annotated, cast
 
 import msgspec
 import numpy as np
@@ -21,11 +26,12 @@ from servoid.pose import Pose
 from servoid.servo import GazeMode, ServoSettings, as_the_paper
 from servoid.servo.settings import GazeSettings, HandSettings, JointSettings
 from servoid.sim.world import World
-from servoid.sim.world.objects import make_object
-from servoid.sim.world.scene.visuals import Ellipsoid
 from servoid.track.follower import Follower, Images
-from servoid_experiments.paper.servoing.reading import Frame, Reading, hand_of, in_world, placed
-from servoid_experiments.paper.servoing.settings import Constants, Search, Triple
+from servoid_experiments.bode.late_sight import MadeEstimate
+from servoid_experiments.paper.servoing.settings import Constants, Search
+
+Frame = Callable[[], Pose]
+"""Returns the pose of a tracker's frame in the world when the last images were taken."""
 
 
 class TrackerKind(Enum):
@@ -114,28 +120,113 @@ def servo_settings(method: Method, given: Constants) -> ServoSettings:
     )
 
 
-def body_of(name: str, radii: Triple | None) -> Body:
-    """Return an object that consists of ellipsoids as a body in the object's frame."""
-    centers, sizes, turns = [], [], []
-    for thing in make_object(name, radii):
-        assert isinstance(thing.shape, Ellipsoid), f"{name} is not made of ellipsoids"
-        sizes.append(thing.shape.radii)
-        turns.append(thing.carrier_from_visual[:4])
-        centers.append(thing.carrier_from_visual[4:])
-    return Body(
-        world_from_object=Pose.identity(),
-        centers=np.array(centers, float),
-        radii=np.array(sizes, float),
-        rotations=np.array(turns, float),
-    )
+def in_world() -> Pose:
+    """Use the world as the tracker's frame."""
+    return Pose.identity()
+
+
+def hand_of(world: World) -> Frame:
+    """Use the hand of a world's arm as the tracker's frame."""
+
+    def world_from_hand() -> Pose:
+        exposure = world.source.handed_out
+        assert exposure is not None, "nothing is tracked before an image was handed out"
+        return world.arm.world_from_hand(exposure.positions_at_time)
+
+    return world_from_hand
+
+
+class Reading:
+    """Runs a tracker in a frame of its own, and defines the time to which its estimates belong.
+
+    With `stamped`, an estimate is the object's pose when the image was taken. Without, the object
+    is assumed to be relative to the hand now as it was when the image was taken.
+
+    The 1-step genetic algorithm searches x, y and z, with the true rotation as an input, in so many
+    `generations` on each image. With `turn_told`, another tracker's rotation is replaced by the
+    true one.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        tracker: Follower,
+        *,
+        in_hand: bool,
+        stamped: bool,
+        turn_told: bool = False,
+        generations: int = 1,
+    ) -> None:
+        self._world, self._tracker, self._stamped = world, tracker, stamped
+        self._turn_told, self._generations = turn_told, generations
+        self._hand = hand_of(world)
+        self._frame = self._hand if in_hand else in_world
+        self._seen = Pose.identity()
+
+    @property
+    def world_from_seen(self) -> Pose:
+        """Return the recognised pose of the object when the last image was taken."""
+        return self._seen
+
+    def start(
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Images,
+        world_from_object: Pose,
+        masks: Images | None = None,
+    ) -> Estimate:
+        """Learn the object's appearance, with the object at a known pose."""
+        frame_from_world = self._frame().inverse()
+        cameras = [frame_from_world @ pose for pose in world_from_camera]
+        there = frame_from_world @ world_from_object
+        return self._read(self._tracker.start(time_s, cameras, images, there, masks))
+
+    def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
+        """Find the object in the next observation."""
+        frame_from_world = self._frame().inverse()
+        cameras = [frame_from_world @ pose for pose in world_from_camera]
+        if isinstance(self._tracker, OneStepTracker):
+            truth = frame_from_world @ self._world.world_from_object_at(time_s)
+            self._tracker.set_orientation(truth.quaternion)
+            for _ in range(self._generations - 1):
+                self._tracker.step(time_s, cameras, images)
+        return self._read(self._tracker.step(time_s, cameras, images))
+
+    def _read(self, estimate: Estimate) -> Estimate:
+        found, covariance = estimate.world_from_object, estimate.covariance
+        unobservable = estimate.unobservable
+        if self._turn_told:
+            truth = self._world.world_from_object_at(estimate.time_s)
+            turn = (truth.inverse() @ found).matrix()[:3, :3]
+            covariance, unobservable = np.zeros((6, 6)), np.zeros((0, 6))
+            covariance[:3, :3] = turn @ estimate.covariance[:3, :3] @ turn.T
+            found = Pose.from_parts(found.translation, truth.quaternion)
+        self._seen = self._frame() @ found
+        then = self._seen
+        if not self._stamped:
+            now = self._world.arm.world_from_hand(self._world.arm.state().positions)
+            then = now @ self._hand().inverse() @ self._seen
+        made = MadeEstimate(
+            time_s=estimate.time_s,
+            world_from_object=then,
+            covariance=covariance,
+            unobservable=unobservable,
+            confidence=estimate.confidence,
+            status=estimate.status,
+            located=estimate.located,
+            evaluations=estimate.evaluations,
+        )
+        return cast("Estimate", made)
 
 
 def make_follower(world: World, body: Body, method: Method, search: Search, seed: int) -> Reading:
     """Make the tracker of a method for the object of a world."""
     if method.tracker is TrackerKind.SERVOID:
         tracker = Tracker(world.cameras, body, TrackSettings(seed=seed, surface=method.surface))
-        follower = TrueTurnTracker(world, tracker) if method.turn_told else tracker
-        return Reading(world, follower, in_hand=False, stamped=method.stamped)
+        return Reading(
+            world, tracker, in_hand=False, stamped=method.stamped, turn_told=method.turn_told
+        )
     region = method.tracker is TrackerKind.REGION
     settings = OneStepSettings(
         seed=seed,
@@ -150,72 +241,10 @@ def make_follower(world: World, body: Body, method: Method, search: Search, seed
         mutation_width=search.mutation_width,
         least_width=min(search.least_width, search.mutation_width),
     )
-    frame = hand_of(world) if method.in_hand else in_world
-    bred = TrueTurnSearch(
-        world, frame, OneStepTracker(world.cameras, body, settings), search.generations
+    return Reading(
+        world,
+        OneStepTracker(world.cameras, body, settings),
+        in_hand=method.in_hand,
+        stamped=method.stamped,
+        generations=search.generations,
     )
-    return Reading(world, bred, in_hand=method.in_hand, stamped=method.stamped)
-
-
-class TrueTurnTracker:
-    """A tracker of all six degrees of freedom, of which only the position is used."""
-
-    def __init__(self, world: World, tracker: Follower) -> None:
-        self._world, self._tracker = world, tracker
-
-    def start(
-        self,
-        time_s: float,
-        world_from_camera: Sequence[Pose],
-        images: Images,
-        world_from_object: Pose,
-        masks: Images | None = None,
-    ) -> Estimate:
-        """Learn the object's appearance, with the object at a known pose."""
-        return self._with_true_turn(
-            self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
-        )
-
-    def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
-        """Find the object in the next observation."""
-        return self._with_true_turn(self._tracker.step(time_s, world_from_camera, images))
-
-    def _with_true_turn(self, estimate: Estimate) -> Estimate:
-        found, truth = estimate.world_from_object, self._world.world_from_object_at(estimate.time_s)
-        turn = (truth.inverse() @ found).matrix()[:3, :3]
-        covariance = np.zeros((6, 6))
-        covariance[:3, :3] = turn @ estimate.covariance[:3, :3] @ turn.T
-        there = Pose.from_parts(found.translation, truth.quaternion)
-        return placed(estimate, there, covariance, np.zeros((0, 6)))
-
-
-class TrueTurnSearch:
-    """The 1-step genetic algorithm on x, y and z, with the true rotation as an input.
-
-    With several generations per image, all of them use the same image.
-    """
-
-    def __init__(
-        self, world: World, frame: Frame, tracker: OneStepTracker, generations: int
-    ) -> None:
-        self._world, self._frame = world, frame
-        self._tracker, self._generations = tracker, generations
-
-    def start(
-        self,
-        time_s: float,
-        world_from_camera: Sequence[Pose],
-        images: Images,
-        world_from_object: Pose,
-        masks: Images | None = None,
-    ) -> Estimate:
-        """Learn the object's appearance, with the object at a known pose."""
-        return self._tracker.start(time_s, world_from_camera, images, world_from_object, masks)
-
-    def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
-        """Find the object in the next observation."""
-        truth = self._frame().inverse() @ self._world.world_from_object_at(time_s)
-        self._tracker.set_orientation(truth.quaternion)
-        for _ in range(self._generations - 1):
-            self._tracker.step(time_s, world_from_camera, images)
-        return self._tracker.step(time_s, world_from_camera, images)

@@ -2,22 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servoid.output import write_together
 from servoid.pose.exact import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
+from servoid_experiments.design import Picture, Table
 from servoid_experiments.paper.servoing.followed import Courses
-from servoid_experiments.report import Picture, csv_of
-from servoid_experiments.stats import Spread
+from servoid_experiments.stats import Spread, interval_cells, interval_headings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
 
 _HAND, _SEEN = DISTINCT[0], DISTINCT[1]
 _ROOM = 1.08
@@ -40,15 +37,8 @@ class Column:
         return last_s if self.until_s is None else min(last_s, self.until_s)
 
 
-def draw_courses(columns: Sequence[Column], file: Path, caption: str) -> Picture:
-    """Draw x, y and z of target, recognition and hand over time, a column for each run.
-
-    A CSV file with the numbers is written beside the picture.
-
-    Raises:
-        OutputError: a file cannot be written.
-
-    """
+def draw_courses(columns: Sequence[Column], name: str, caption: str) -> Picture:
+    """Draw x, y and z of target, recognition and hand over time, a column for each run."""
     figure = new_figure(9.6, 6.6)
     panels = figure.subplots(3, len(columns), sharey="row", sharex="col", squeeze=False)
     across = max(_LEAST_MM, *(_greatest(one.courses, axis) for one in columns for axis in "yz"))
@@ -68,15 +58,14 @@ def draw_courses(columns: Sequence[Column], file: Path, caption: str) -> Picture
         frameon=False,
         fontsize=10,
     )
+    keys = Courses.__struct_fields__
+    head = ("run", *(key if key == "seconds" else f"{key}_m" for key in keys))
     rows = [
-        (one.heading, *(getattr(one.courses, name)[index] for name in Courses.__struct_fields__))
+        (one.heading, *instant)
         for one in columns
-        for index in range(len(one.courses.seconds))
+        for instant in zip(*(getattr(one.courses, key) for key in keys), strict=True)
     ]
-    write_together(
-        {file: png(figure), file.with_suffix(".csv"): csv_of(("run", *_units(Courses)), rows)}
-    )
-    return Picture(file, caption)
+    return Picture(name, caption, png(figure), Table(name, head, rows))
 
 
 def _draw_along(axes: "Axes", one: Column, axis: str) -> None:
@@ -99,10 +88,6 @@ def _greatest(courses: Courses, axis: str) -> float:
     return _ROOM * 1000.0 * float(max(values))
 
 
-def _units(kind: type[Courses]) -> list[str]:
-    return [name if name == "seconds" else f"{name}_m" for name in kind.__struct_fields__]
-
-
 @dataclass(frozen=True)
 class Bar:
     """The results of a method: spread of the recognised z and x, and lag of the hand.
@@ -112,34 +97,22 @@ class Bar:
 
     name: str
     group: int
-    z_spread: Spread
-    x_spread: Spread
-    lag: Spread
+    spreads: tuple[Spread, Spread, Spread]
 
 
-def draw_changes(bars: Sequence[Bar], file: Path, caption: str) -> Picture:
-    """Draw the effect of each change of the paper's method, with intervals, and write a CSV file.
-
-    Raises:
-        OutputError: a file cannot be written.
-
-    """
+def draw_changes(bars: Sequence[Bar], name: str, caption: str) -> Picture:
+    """Draw the effect of each change of the paper's method, with intervals."""
     figure = new_figure(9.6, 0.36 * len(bars) + 1.3)
     panels = figure.subplots(1, 3, sharey=True)
     heights = -np.array([index + 0.7 * one.group for index, one in enumerate(bars)])
-    kinds = (
-        ("recognised z:\nspread [mm]", [one.z_spread for one in bars]),
-        ("recognised x:\nspread [mm]", [one.x_spread for one in bars]),
-        ("hand:\nphase lag [deg]", [one.lag for one in bars]),
-    )
-    for axes, (title, values) in zip(panels, kinds, strict=True):
-        _draw_intervals(axes, heights, values)
+    titles = ("recognised z:\nspread [mm]", "recognised x:\nspread [mm]", "hand:\nphase lag [deg]")
+    for place, (axes, title) in enumerate(zip(panels, titles, strict=True)):
+        _draw_intervals(axes, heights, [one.spreads[place] for one in bars])
         axes.set_title(title, loc="left", color=INK, fontsize=10)
     panels[0].set_yticks(heights, [one.name for one in bars])
-    rows = [(one.name, *_pair(one.z_spread), *_pair(one.x_spread), *_pair(one.lag)) for one in bars]
-    head = ("method", *_paired("z_spread_mm"), *_paired("x_spread_mm"), *_paired("lag_deg"))
-    write_together({file: png(figure), file.with_suffix(".csv"): csv_of(head, rows)})
-    return Picture(file, caption)
+    head = ("method", *interval_headings(("z_spread_mm", "x_spread_mm", "lag_deg")))
+    rows = [(one.name, *interval_cells(one.spreads)) for one in bars]
+    return Picture(name, caption, png(figure), Table(name, head, rows))
 
 
 def _draw_intervals(axes: "Axes", heights: Floats, values: Sequence[Spread]) -> None:
@@ -157,11 +130,3 @@ def _draw_intervals(axes: "Axes", heights: Floats, values: Sequence[Spread]) -> 
     axes.axvline(0.0, color="#aaaaaa", linewidth=0.8)
     dress(axes)
     axes.grid(axis="x", color="#e6e6e6", linewidth=0.8)
-
-
-def _paired(name: str) -> tuple[str, str]:
-    return name, f"{name}_95_half_width"
-
-
-def _pair(value: Spread) -> tuple[float, float | None]:
-    return value.mean, value.half

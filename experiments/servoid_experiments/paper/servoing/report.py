@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
-from servoid_experiments.design import Results
+from servoid.batch import Results
+from servoid_experiments.design import Cell, Picture, Section, Table, Verdict, rows_of
 from servoid_experiments.paper.servoing.followed import Followed
 from servoid_experiments.paper.servoing.plots import Bar, Column, draw_changes, draw_courses
 from servoid_experiments.paper.servoing.runs import (
@@ -14,18 +14,17 @@ from servoid_experiments.paper.servoing.runs import (
     FAST,
     FORWARD,
     OTHER,
+    OTHERS,
     READINGS,
     SEVERAL,
     SEVERAL_BEST,
-    SIX_BEST,
     SLOW,
     ServoingSettings,
 )
 from servoid_experiments.paper.servoing.settings import Constants, constants
 from servoid_experiments.paper.servoing.trial import SERVOING, ServoingRow
 from servoid_experiments.paper.servoing.unknown import UNKNOWN, UnknownRow
-from servoid_experiments.report import Cell, Finding, Picture, Section, Table, Verdict
-from servoid_experiments.stats import Spread, over
+from servoid_experiments.stats import Spread, interval_cells, interval_headings, over
 
 _SHARED = 0.25  # of x's variance that correlates with z, above which z disturbs x
 _UNSTEADY = 1.2  # ratio of the spreads, above which one counts as wider
@@ -33,8 +32,7 @@ _RECOGNISED_M = 0.03  # error above which an object of this size counts as misse
 _SMALL_LAG_DEG, _VISIBLE_LAG_DEG = 3.0, 5.0  # required with feed-forward, and visible without
 _AMPLITUDE = 0.05  # relative difference allowed between hand and object
 
-_NAMES = (SLOW, FAST, OTHER, *(one.name for one in (*READINGS, *ALONE, *ADDED)),
-          SEVERAL, SEVERAL_BEST, SIX_BEST)  # fmt: skip
+_NAMES = (SLOW, FAST, OTHER, *(one.name for one in (*READINGS, *ALONE, *ADDED, *OTHERS)))
 _Rows = dict[str, list[ServoingRow]]
 
 _XYZ = tuple(enumerate("xyz"))
@@ -65,37 +63,21 @@ _UNKNOWN: dict[str, Callable[[UnknownRow], float]] = {
 }
 
 
-def servoing_sections(settings: ServoingSettings, results: Results, folder: Path) -> list[Section]:
-    """Draw courses and changes into a folder, and list all figures of all runs.
-
-    Raises:
-        OutputError: a picture cannot be written.
-
-    """
-    found = {name: rows for name in _NAMES if (rows := rows_of(results, name))}
+def servoing_sections(settings: ServoingSettings, results: Results) -> list[Section]:
+    """Draw courses and changes, and list all figures of all runs."""
+    found = {name: rows for name in _NAMES if (rows := rows_of(results, SERVOING, name=name))}
     kinds = [*settings.unknown.plain_objects, *settings.unknown.objects]
-    unknown = {kind: rows for kind in kinds if (rows := _unknown_rows(results, kind))}
+    unknown = {kind: rows for kind in kinds if (rows := rows_of(results, UNKNOWN, object=kind))}
     sections = []
     if SLOW in found and FAST in found:
-        sections.append(_paper_section(settings, found, folder))
-        sections.append(_change_section(found, folder))
+        sections.append(_paper_section(settings, found))
+        sections.append(_change_section(found))
     if unknown or SEVERAL in found:
-        sections.append(_future_section(settings, found, unknown, folder))
+        sections.append(_future_section(settings, found, unknown))
     if found:
         tables = (_table(found), constants_table(settings.constants))
         sections.append(Section("Servoing: all figures, and the constants", tables=tables))
     return sections
-
-
-def rows_of(results: Results, name: str) -> list[ServoingRow]:
-    """Return the rows of the successful runs of a name."""
-    done = results.get(SERVOING.name, ())
-    return [one.row for one in done if one.case.name == name and one.row is not None]
-
-
-def _unknown_rows(results: Results, kind: str) -> list[UnknownRow]:
-    done = results.get(UNKNOWN.name, ())
-    return [one.row for one in done if one.case.object == kind and one.row is not None]
 
 
 def period(omega: float) -> str:
@@ -107,34 +89,33 @@ def constants_table(given: Constants) -> Table:
     """Return each constant of the paper's servoing with its meaning and its source."""
     return Table(
         "servoing_constants",
-        "All constants of the paper's servoing, and where each is from.",
         ("constant", "value", "meaning", "source"),
         constants(given),
+        "All constants of the paper's servoing, and where each is from.",
     )
 
 
 def _figure(rows: Sequence[ServoingRow], name: str) -> Spread:
-    return over(rows, lambda row: FIGURES[name](row.followed))
+    return over(FIGURES[name](row.followed) for row in rows)
 
 
 def _table(found: _Rows) -> Table:
     lines: list[tuple[Cell, ...]] = []
     for name, rows in found.items():
-        spreads = [_figure(rows, figure) for figure in FIGURES]
-        cells = [cell for one in spreads for cell in (one.mean, one.half)]
-        scored, held = over(rows, lambda row: row.scored), max(row.held_share for row in rows)
+        cells = interval_cells(_figure(rows, figure) for figure in FIGURES)
         worst = max(1e3 * max(row.followed.seen_worst) for row in rows)
-        lines.append((name, len(rows), *cells, worst, scored.mean, held))
-    figures = [name for name in FIGURES for name in (name, f"{name}_95_half_width")]
+        held = max(row.held_share for row in rows)
+        lines.append((name, len(rows), *cells, worst, over(row.scored for row in rows).mean, held))
     return Table(
         "servoing_figures",
-        "Means over the runs, with the half width of their 95 % intervals.",
-        ("run", "runs", *figures, "seen_worst_mm", "poses_scored_an_image", "held_share"),
+        ("run", "runs", *interval_headings(FIGURES), "seen_worst_mm", "poses_scored_an_image",
+         "held_share"),
         lines,
-    )
+        "Means over the runs, with the half width of their 95 % intervals.",
+    )  # fmt: skip
 
 
-def _paper_section(settings: ServoingSettings, found: _Rows, folder: Path) -> Section:
+def _paper_section(settings: ServoingSettings, found: _Rows) -> Section:
     columns = [
         Column(f"{period(omega)}, the paper's method", found[name][0].followed.courses)
         for omega, name in zip(settings.omegas, (SLOW, FAST), strict=True)
@@ -145,12 +126,12 @@ def _paper_section(settings: ServoingSettings, found: _Rows, folder: Path) -> Se
         "z away from the hand). The hand is counted from where it should be at the start. y and z "
         "have a scale of their own."
     )
-    picture = draw_courses(columns, folder / "servoing.png", caption)
+    picture = draw_courses(columns, "servoing", caption)
     heading = "Section 5.3, Figs. 10 and 11: servoing to one ellipsoid"
     return Section(heading, _paper_findings(found), (picture,))
 
 
-def _paper_findings(found: _Rows) -> tuple[Finding, ...]:
+def _paper_findings(found: _Rows) -> dict[str, Verdict]:
     slow, fast = (
         {name: _figure(found[run], name) for name in FIGURES} for run in (SLOW, FAST)
     )  # fmt: skip
@@ -162,35 +143,34 @@ def _paper_findings(found: _Rows) -> tuple[Finding, ...]:
     grows = growth.half is not None and growth.mean - growth.half > 1.0
     linked = fast["x_by_z"].mean ** 2 >= _SHARED
     spoilt = fast["seen_spread_x_mm"].mean > _UNSTEADY * slow["seen_spread_x_mm"].mean
-    return (
-        Finding(
-            "The hand follows the object with a phase lag at either speed.",
-            Verdict.AGREES if late else Verdict.DIFFERS,
+    unstable = Verdict.AGREES if grows else Verdict.PARTLY
+    return {
+        "The hand follows the object with a phase lag at either speed.": (
+            Verdict.AGREES if late else Verdict.DIFFERS
         ),
-        Finding(
-            "The object is recognised all the time at the slow motion.",
-            Verdict.AGREES if works else Verdict.DIFFERS,
+        "The object is recognised all the time at the slow motion.": (
+            Verdict.AGREES if works else Verdict.DIFFERS
         ),
-        Finding(
-            "Recognition becomes unstable in z as time passes at the fast motion.",
-            (Verdict.AGREES if grows else Verdict.PARTLY) if wider else Verdict.DIFFERS,
+        "Recognition becomes unstable in z as time passes at the fast motion.": (
+            unstable if wider else Verdict.DIFFERS
         ),
-        Finding(
-            "The unsteady z has a bad influence on x.",
-            (Verdict.DIFFERS, Verdict.PARTLY, Verdict.AGREES)[linked + spoilt],
+        "The unsteady z has a bad influence on x.": (
+            (Verdict.DIFFERS, Verdict.PARTLY, Verdict.AGREES)[linked + spoilt]
         ),
-    )
+    }
 
 
-def _change_section(found: _Rows, folder: Path) -> Section:
+def _change_section(found: _Rows) -> Section:
     groups = [(FAST, 0), *((one.name, 1) for one in ALONE), *((one.name, 2) for one in ADDED)]
     bars = [
         Bar(
             name="the paper's method" if group == 0 else name,
             group=group,
-            z_spread=_figure(found[name], "seen_spread_z_mm"),
-            x_spread=_figure(found[name], "seen_spread_x_mm"),
-            lag=_figure(found[name], "hand_lag_deg"),
+            spreads=(
+                _figure(found[name], "seen_spread_z_mm"),
+                _figure(found[name], "seen_spread_x_mm"),
+                _figure(found[name], "hand_lag_deg"),
+            ),
         )
         for name, group in groups
         if name in found
@@ -200,44 +180,40 @@ def _change_section(found: _Rows, folder: Path) -> Section:
         "over seeds. First each change alone, then one after another up to servoid's method; the "
         "dashed lines are the paper's method."
     )
-    pictures = [draw_changes(bars, folder / "servoing_changes.png", caption)]
+    pictures = [draw_changes(bars, "servoing_changes", caption)]
     if BEST_NAME in found:
-        pictures.append(_beside(found, folder))
-    findings = _improvement_findings(found) if FORWARD in found else ()
-    return Section("What improves the unsteady z and the lag", findings, tuple(pictures))
+        pictures.append(_beside(found))
+    findings = _improvement_findings(found) if FORWARD in found else {}
+    return Section("What improves the unsteady z and the lag", findings, pictures)
 
 
-def _beside(found: _Rows, folder: Path) -> Picture:
+def _beside(found: _Rows) -> Picture:
     """Draw the paper's method and servoid's side by side, for as long as both ran."""
     courses = [found[name][0].followed.courses for name in (FAST, BEST_NAME)]
     until_s = min(one.seconds[-1] for one in courses)
     names = ("the paper's method", "servoid's method")
     columns = [Column(name, one, until_s) for name, one in zip(names, courses, strict=True)]
     caption = "The fast motion as the paper's method and as servoid's follow it, drawn as above."
-    return draw_courses(columns, folder / "servoing_best.png", caption)
+    return draw_courses(columns, "servoing_best", caption)
 
 
-def _improvement_findings(found: _Rows) -> tuple[Finding, ...]:
+def _improvement_findings(found: _Rows) -> dict[str, Verdict]:
     z = [_figure(found[name], "seen_spread_z_mm").mean for name in (FAST, FORWARD)]
     before, after = (_figure(found[name], "hand_lag_deg") for name in (FAST, FORWARD))
     faithful = abs(_figure(found[FORWARD], "hand_gain").mean - 1.0) <= _AMPLITUDE
     reached = faithful and abs(after.mean) + (after.half or 0.0) <= _SMALL_LAG_DEG
     gone = reached and before.mean > _VISIBLE_LAG_DEG
-    return (
-        Finding(
-            "Recognition in z is to be improved.",
-            Verdict.BEYOND if z[1] * _UNSTEADY < z[0] else Verdict.DIFFERS,
-        ),
-        Finding(
-            "The hand's phase lag is left as it is.", Verdict.BEYOND if gone else Verdict.PARTLY
-        ),
-    )
+    better = z[1] * _UNSTEADY < z[0]
+    return {
+        "Recognition in z is to be improved.": Verdict.BEYOND if better else Verdict.DIFFERS,
+        "The hand's phase lag is left as it is.": Verdict.BEYOND if gone else Verdict.PARTLY,
+    }
 
 
 def _future_section(
-    settings: ServoingSettings, found: _Rows, unknown: dict[str, list[UnknownRow]], folder: Path
+    settings: ServoingSettings, found: _Rows, unknown: dict[str, list[UnknownRow]]
 ) -> Section:
-    findings, pictures = [], ()
+    findings, pictures = {}, ()
     if SEVERAL in found and SEVERAL_BEST in found:
         lag, z = (
             [_figure(found[name], figure).mean for name in (SEVERAL, SEVERAL_BEST)]
@@ -245,13 +221,12 @@ def _future_section(
         )
         better = abs(lag[1]) <= _SMALL_LAG_DEG and abs(lag[1]) < abs(lag[0]) and z[1] < z[0]
         verdict = Verdict.BEYOND if better else Verdict.PARTLY
-        findings.append(Finding("Servoing with several ellipsoids is future work.", verdict))
+        findings["Servoing with several ellipsoids is future work."] = verdict
     patterned = [row for kind in settings.unknown.objects for row in unknown.get(kind, ())]
     if patterned:
         worst = max(abs(row.followed.hand_lag_deg) for row in patterned)
         verdict = Verdict.BEYOND if worst <= _SMALL_LAG_DEG else Verdict.PARTLY
-        claim = "Place alone is sought; orientation and shape are given."
-        findings.append(Finding(claim, verdict))
+        findings["Place alone is sought; orientation and shape are given."] = verdict
     if unknown:
         kinds = list(unknown)
         columns = [
@@ -263,24 +238,22 @@ def _future_section(
             "the first left image. A constant offset of the hand is that of its goal: the truth is "
             "where the body was when it was modelled."
         )
-        pictures = (draw_courses(columns, folder / "servoing_unknown.png", caption),)
+        pictures = (draw_courses(columns, "servoing_unknown", caption),)
     heading = "The future work: several ellipsoids, six degrees of freedom, nothing given"
     tables = (_unknown_table(unknown),) if unknown else ()
-    return Section(heading, tuple(findings), pictures, tables)
+    return Section(heading, findings, pictures, tables)
 
 
 def _unknown_table(unknown: dict[str, list[UnknownRow]]) -> Table:
     lines: list[tuple[Cell, ...]] = []
     for kind, rows in unknown.items():
-        means = [over(rows, take).mean for take in _UNKNOWN.values()]
-        figures = [
-            over(rows, lambda row, take=take: take(row.followed)).mean for take in FIGURES.values()
-        ]
+        means = [over(map(take, rows)).mean for take in _UNKNOWN.values()]
+        figures = [over(take(row.followed) for row in rows).mean for take in FIGURES.values()]
         worst = max(abs(row.followed.hand_lag_deg) for row in rows)
         lines.append((kind, len(rows), *means, *figures, worst))
     return Table(
         "servoing_unknown_figures",
-        "Nothing is given but the first mask; the fast motion. Means over the runs.",
         ("object", "runs", *_UNKNOWN, *FIGURES, "hand_lag_at_most_deg"),
         lines,
+        "Nothing is given but the first mask; the fast motion. Means over the runs.",
     )

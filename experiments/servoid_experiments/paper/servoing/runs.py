@@ -1,75 +1,90 @@
 """The runs of Section 5.3 of the paper, and of the future work that it names."""
 
-from typing import Annotated
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta
+from msgspec.structs import replace
 
-from servoid_experiments.design import Work
+from servoid.batch import Work
+from servoid_experiments.design import Count
 from servoid_experiments.paper.servoing.method import Method, TrackerKind
-from servoid_experiments.paper.servoing.settings import Constants, Place, with_constant
+from servoid_experiments.paper.servoing.settings import Constants, Place, Settle, with_constant
 from servoid_experiments.paper.servoing.trial import SERVOING, ServoingCase
 from servoid_experiments.paper.servoing.unknown import UNKNOWN, UnknownCase
-
-Count = Annotated[int, Meta(ge=1)]
 
 SLOW, FAST = "the paper's method, slow", "the paper's method, fast"
 OTHER = "the paper's method, fast, its other start"
 REGION, SEARCH = "region term, not points", "population x 4, 4 generations an image"
 FORWARD, BEST_NAME = "+ feed-forward", "+ joints by QP"
 SURFACE = "the same with the surface term"
-
-_SELDOM, _NARROW = 0.05, 0.0005  # mutation settings of a population that loses its diversity
+SEVERAL = "two ellipsoids, the paper's method"
+SEVERAL_BEST = "two ellipsoids, servoid's method"
+SIX_BEST = "painted ellipsoid, servoid's method, six degrees of freedom"
 
 _TRACKER = Method(tracker=TrackerKind.SERVOID)
-_FILTERED = msgspec.structs.replace(_TRACKER, stamped=True, filtered=True)
-_FORWARD = msgspec.structs.replace(_FILTERED, feed_forward=True)
-BEST = msgspec.structs.replace(_FORWARD, qp=True)
-_SIX = msgspec.structs.replace(BEST, turn_told=False, surface=True)
+_FILTERED = replace(_TRACKER, stamped=True, filtered=True)
+_FORWARD = replace(_FILTERED, feed_forward=True)
+BEST = replace(_FORWARD, qp=True)
+_SIX = replace(BEST, turn_told=False, surface=True)
 
 
-class Change(msgspec.Struct, frozen=True, kw_only=True):
-    """A change of the paper's method: its name and its settings.
+@dataclass(frozen=True)
+class Change:
+    """A change of the paper's method, by its name.
 
-    A population that is not `diverse` mutates rarely, and by little in the end.
+    `constants` are other values by dotted names, `times` factors on those of the search.
     """
 
     name: str
-    method: Method = Method()
-    verging: bool = True
-    times_population: int = 1
-    times_generations: int = 1
-    diverse: bool = True
+    method: Method = field(default_factory=Method)
+    constants: dict[str, Any] = field(default_factory=dict)
+    times: dict[str, int] = field(default_factory=dict)
+    object: str = "ellipsoid"
 
+    def applied(self, given: Constants) -> Constants:
+        """Return constants with the change."""
+        for name, value in self.constants.items():
+            given = with_constant(given, name, value)
+        for key, times in self.times.items():
+            given = with_constant(given, f"search.{key}", times * getattr(given.search, key))
+        return given
+
+
+_LARGER, _LONGER = {"population": 4}, {"generations": 4}
+_ALIKE = {"search.mutation_rate": 0.05, "search.least_width": 0.0005}  # it loses its diversity
+_REGION = Method(tracker=TrackerKind.REGION)
 
 # Other readings of the paper: estimates with timestamps, a population in the world's frame, and a
 # population that has lost its diversity.
 READINGS = (
-    Change(name="in the hand, images stamped", method=Method(stamped=True)),
-    Change(name="in the world, images stamped", method=Method(in_hand=False, stamped=True)),
-    Change(name="in the hand, little diversity", diverse=False),
+    Change("in the hand, images stamped", Method(stamped=True)),
+    Change("in the world, images stamped", Method(in_hand=False, stamped=True)),
+    Change("in the hand, little diversity", constants=_ALIKE),
 )
 
 # First each change alone, replacing what the paper does; then all of them cumulatively.
 ALONE = (
-    Change(name="eyes parallel, not verging", verging=False),
-    Change(name="population x 4", times_population=4),
-    Change(name="4 generations an image", times_generations=4),
-    Change(name=SEARCH, times_population=4, times_generations=4),
-    Change(name=REGION, method=Method(tracker=TrackerKind.REGION)),
+    Change("eyes parallel, not verging", constants={"eyes.verging": False}),
+    Change("population x 4", times=_LARGER),
+    Change("4 generations an image", times=_LONGER),
+    Change(SEARCH, times=_LARGER | _LONGER),
+    Change(REGION, _REGION),
 )
 ADDED = (
-    Change(
-        name="region term, population x 4, 4 generations",
-        method=Method(tracker=TrackerKind.REGION),
-        times_population=4,
-        times_generations=4,
-    ),
-    Change(name="servoid's tracker", method=_TRACKER),
-    Change(name="+ filter, delay compensated", method=_FILTERED),
-    Change(name=FORWARD, method=_FORWARD),
-    Change(name=BEST_NAME, method=BEST),
-    Change(name=SURFACE, method=msgspec.structs.replace(BEST, surface=True)),
+    Change("region term, population x 4, 4 generations", _REGION, times=_LARGER | _LONGER),
+    Change("servoid's tracker", _TRACKER),
+    Change("+ filter, delay compensated", _FILTERED),
+    Change(FORWARD, _FORWARD),
+    Change(BEST_NAME, BEST),
+    Change(SURFACE, replace(BEST, surface=True)),
+)
+# Other known bodies: of two ellipsoids, and with estimated rotation.
+OTHERS = (
+    Change(SEVERAL, object="two_ellipsoids"),
+    Change(SEVERAL_BEST, BEST, object="two_ellipsoids"),
+    Change(SIX_BEST, _SIX, object="painted_ellipsoid"),
 )
 
 
@@ -88,7 +103,7 @@ class UnknownSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
         480,
         360,
     )
-    settle_s: Annotated[float, Meta(ge=0, description="of motion that is not measured, s")] = 3.0
+    settle_s: Settle = 3.0
 
 
 class ServoingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -103,7 +118,7 @@ class ServoingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     periods: Annotated[
         tuple[Count, Count], Meta(description="that are measured of the slow and the fast motion")
     ] = (1, 3)
-    settle_s: Annotated[float, Meta(ge=0, description="of motion that is not measured, s")] = 5.0
+    settle_s: Settle = 5.0
     other_seeds: Annotated[
         Count, Meta(description="runs with the other of the paper's two statements of the start")
     ] = 2
@@ -136,106 +151,36 @@ def quick_servoing() -> ServoingSettings:
 
 def servoing_work(settings: ServoingSettings) -> list[Work]:
     """Return the runs: the paper's, those with changes, and those with unknown objects."""
-    cases = [*_paper_cases(settings), *_change_cases(settings), *_several_cases(settings)]
-    unknown = _unknown_cases(settings)
-    return [Work(SERVOING, cases), *([Work(UNKNOWN, unknown)] if unknown else [])]
-
-
-def _paper_cases(settings: ServoingSettings) -> list[ServoingCase]:
-    """Return the paper's runs at both speeds, and other readings of the fast one."""
-    given = settings.constants
+    given, settle_s = settings.constants, settings.settle_s
     place = Place.PRINTED if given.scene.place is Place.TEXT else Place.TEXT
-    other = with_constant(given, "scene.place", place)
     slow, fast = zip(settings.omegas, settings.periods, strict=True)
-    return [
+    verging = with_constant(given, "eyes.verging", True)
+    once, cure_settle_s = (fast[0], 1), settings.cure_settle_s
+    runs = [
+        (Change(SLOW), given, slow, settle_s, settings.seeds),
+        (Change(FAST), given, fast, settle_s, settings.seeds),
+        (Change(OTHER, constants={"scene.place": place}), given, fast, settle_s,
+         settings.other_seeds),
+        *((one, given, fast, settle_s, settings.reading_seeds) for one in READINGS),
+        *((one, verging, once, cure_settle_s, settings.cure_seeds) for one in (*ALONE, *ADDED)),
+        *((one, given, once, cure_settle_s, settings.unknown.seeds) for one in OTHERS),
+    ]  # fmt: skip
+    cases = [
         ServoingCase(
-            name=name,
+            name=change.name,
             seed=seed,
             omega=omega,
-            settle_s=settings.settle_s,
+            settle_s=settled_s,
             periods=periods,
-            method=method,
-            constants=constants,
+            object=change.object,
+            method=change.method,
+            constants=change.applied(constants),
         )
-        for name, (omega, periods), method, constants, seeds in (
-            (SLOW, slow, Method(), given, settings.seeds),
-            (FAST, fast, Method(), given, settings.seeds),
-            (OTHER, fast, Method(), other, settings.other_seeds),
-            *(
-                (one.name, fast, one.method, _bred(one, given), settings.reading_seeds)
-                for one in READINGS
-            ),
-        )
+        for change, constants, (omega, periods), settled_s, seeds in runs
         for seed in range(seeds)
     ]
-
-
-def _bred(change: Change, given: Constants) -> Constants:
-    """Return constants with a change's settings of the population's diversity."""
-    if change.diverse:
-        return given
-    return with_constant(
-        with_constant(given, "search.mutation_rate", _SELDOM), "search.least_width", _NARROW
-    )
-
-
-def _change_cases(settings: ServoingSettings) -> list[ServoingCase]:
-    """Return the runs of the changes, at the fast speed."""
-    cases = []
-    for change in (*ALONE, *ADDED):
-        search = settings.constants.search
-        given = with_constant(settings.constants, "eyes.verging", change.verging)
-        for key, times in (
-            ("population", change.times_population),
-            ("generations", change.times_generations),
-        ):
-            given = with_constant(given, f"search.{key}", times * getattr(search, key))
-        cases += [
-            _changed(settings, seed, given, change.method, name=change.name)
-            for seed in range(settings.cure_seeds)
-        ]
-    return cases
-
-
-SEVERAL = "two ellipsoids, the paper's method"
-SEVERAL_BEST = "two ellipsoids, servoid's method"
-SIX_BEST = "painted ellipsoid, servoid's method, six degrees of freedom"
-
-
-def _several_cases(settings: ServoingSettings) -> list[ServoingCase]:
-    """Return runs to other known bodies: of two ellipsoids, and with estimated rotation."""
-    kinds = (
-        (SEVERAL, "two_ellipsoids", Method()),
-        (SEVERAL_BEST, "two_ellipsoids", BEST),
-        (SIX_BEST, "painted_ellipsoid", _SIX),
-    )
-    return [
-        _changed(settings, seed, settings.constants, method, name=name, kind=kind)
-        for name, kind, method in kinds
-        for seed in range(settings.unknown.seeds)
-    ]
-
-
-def _changed(
-    settings: ServoingSettings,
-    seed: int,
-    given: Constants,
-    method: Method,
-    *,
-    name: str,
-    kind: str = "ellipsoid",
-) -> ServoingCase:
-    """Return a run at the fast speed, with one kind of object."""
-    return ServoingCase(
-        name=name,
-        seed=seed,
-        omega=settings.omegas[1],
-        settle_s=settings.cure_settle_s,
-        periods=1,
-        object=kind,
-        method=method,
-        constants=given,
-    )
+    unknown = _unknown_cases(settings)
+    return [Work(SERVOING, cases), *([Work(UNKNOWN, unknown)] if unknown else [])]
 
 
 def _unknown_cases(settings: ServoingSettings) -> list[UnknownCase]:

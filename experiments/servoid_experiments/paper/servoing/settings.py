@@ -12,11 +12,15 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 import msgspec
 from msgspec import Meta
 
+from servoid_experiments.design import Positive
+
 _SOURCED = re.compile(r"(?P<says>.*) \((?P<source>(?:[^()]|\([^()]*\))*)\)")
 
 Triple = tuple[float, float, float]
 Seven = tuple[float, float, float, float, float, float, float]
-Positive = Annotated[float, Meta(gt=0)]
+Omega = Annotated[float, Meta(gt=0, description="of the object's motion, rad/s")]
+Settle = Annotated[float, Meta(ge=0, description="of motion that is not measured, s")]
+Periods = Annotated[int, Meta(ge=1, description="whole ones that are measured")]
 
 
 class Place(Enum):

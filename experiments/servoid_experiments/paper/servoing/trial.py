@@ -1,11 +1,9 @@
 """One servo run to the paper's moving object, with a known object."""
 
 import math
-from typing import Annotated
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 
 from servoid.batch import Experiment
 from servoid.pose import Pose
@@ -13,16 +11,23 @@ from servoid.servo import Controller, Tick, servo
 from servoid.servo.exploration import first_look
 from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World, WorldSettings
 from servoid.sim.world.settings import PhysicsSettings
+from servoid_experiments.paper.eye_pair import true_body
 from servoid_experiments.paper.servoing.followed import Followed, Track, followed
 from servoid_experiments.paper.servoing.method import (
     Method,
+    Reading,
     TrackerKind,
-    body_of,
     make_follower,
     servo_settings,
 )
-from servoid_experiments.paper.servoing.reading import Reading
-from servoid_experiments.paper.servoing.settings import Constants, Place, Triple
+from servoid_experiments.paper.servoing.settings import (
+    Constants,
+    Omega,
+    Periods,
+    Place,
+    Settle,
+    Triple,
+)
 
 _ELLIPSOID = "ellipsoid"
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
@@ -33,9 +38,9 @@ class ServoingCase(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     name: str
     seed: int
-    omega: Annotated[float, Meta(gt=0, description="of the object's motion, rad/s")]
-    settle_s: Annotated[float, Meta(ge=0, description="of motion that is not measured, s")]
-    periods: Annotated[int, Meta(ge=1, description="whole ones that are measured")]
+    omega: Omega
+    settle_s: Settle
+    periods: Periods
     object: str = _ELLIPSOID
     method: Method = Method()
     constants: Constants = Constants()
@@ -153,8 +158,9 @@ def start_place(given: Constants) -> Triple:
 
 def _followed(case: ServoingCase, world: World) -> _Course:
     """Start the tracker at the modelled pose, and servo for the measured time."""
-    given, radii = case.constants, case.constants.scene.radii
-    body = body_of(case.object, radii if case.object == _ELLIPSOID else None)
+    given = case.constants
+    radii = given.scene.radii if case.object == _ELLIPSOID else None
+    body = true_body(case.object, Pose.identity(), radii)
     follower = make_follower(world, body, case.method, given.search, case.seed)
     controller = Controller(world.arm, servo_settings(case.method, given))
     first = first_look(world.arm, world.source)

@@ -16,6 +16,7 @@ from servoid.sim.trial.servoing import ServoTrial, run_servo_trial
 from servoid.sim.trial.settings import RunSettings, TrackingSettings, TrialSettings
 from servoid.sim.world import CameraSettings, ObjectSettings, WorldSettings
 from servoid_experiments.paper.servoing.followed import Followed, Track, followed
+from servoid_experiments.paper.servoing.settings import Omega, Periods, Settle
 
 
 class UnknownCase(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -25,10 +26,10 @@ class UnknownCase(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     seed: int
     ellipsoids: Annotated[int, Meta(ge=1, description="at most, of the object's body")]
     surface: Annotated[bool, Meta(description="track by the look of the surface, too")]
-    omega: Annotated[float, Meta(gt=0, description="of the object's motion, rad/s")]
+    omega: Omega
     amplitude: Annotated[float, Meta(gt=0, description="half of the object's way, m")]
-    settle_s: Annotated[float, Meta(ge=0, description="of motion that is not measured, s")]
-    periods: Annotated[int, Meta(ge=1, description="whole ones that are measured")]
+    settle_s: Settle
+    periods: Periods
     size_px: tuple[int, int]
     background: str
 

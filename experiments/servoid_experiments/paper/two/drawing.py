@@ -1,20 +1,23 @@
 """Draws the object of two ellipsoids and its models: Fig. 9, and the errors over seeds."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from servoid._native import Body, Pose
-from servoid.output import write_whole
 from servoid.pose.exact import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid_experiments.design import Picture, Table
 from servoid_experiments.metrics import shape_matrices
 from servoid_experiments.paper.eye_pair import EyePair, paper_hand, true_body
-from servoid_experiments.paper.two.case import OBJECT_NAME, Procedure, TwoCase, TwoRow
-from servoid_experiments.report import csv_of
+from servoid_experiments.paper.two.modelling import (
+    OBJECT_NAME,
+    Procedure,
+    TwoCase,
+    TwoRow,
+    first_pair,
+)
 from servoid_experiments.stats import over
 
 if TYPE_CHECKING:
@@ -36,53 +39,37 @@ _SIDE_ORDER = "seen from above", "seen from the side"
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 121)
 
 
-@dataclass(frozen=True)
-class Shown:
-    """A model to draw: its procedure and its result."""
-
-    case: TwoCase
-    row: TwoRow
-
-    def body(self) -> Body:
-        """Return the model in the world."""
-        return Body(
-            world_from_object=paper_hand(),
-            centers=np.array(self.row.centers),
-            radii=np.array(self.row.radii),
-            rotations=np.array(self.row.rotations),
-        )
-
-
-def draw_models(pair: EyePair, shown: Sequence[Shown], file: Path) -> None:
-    """Draw models of one pair side by side: in the left image, from above, and from the side.
-
-    Raises:
-        OutputError: the file cannot be written.
-
-    """
+def draw_models(shown: Sequence[tuple[TwoCase, TwoRow]]) -> Picture:
+    """Draw models of one pair side by side: in the left image, from above, and from the side."""
     figure = new_figure(2.45 * len(shown), 7.6)
     panels = figure.subplots(3, len(shown), squeeze=False)
+    pair = first_pair(shown[0][0])
     true = true_body(OBJECT_NAME, pair.world_from_object)
-    for column, one in enumerate(shown):
-        body = one.body()
+    for column, (case, row) in enumerate(shown):
+        body = Body(
+            world_from_object=paper_hand(),
+            centers=np.array(row.centers),
+            radii=np.array(row.radii),
+            rotations=np.array(row.rotations),
+        )
         _image(panels[0][column], pair, body)
-        panels[0][column].set_title(NAMES[one.case.procedure], fontsize=10.5)
+        panels[0][column].set_title(NAMES[case.procedure], fontsize=10.5)
         for line, side in enumerate(_SIDES, start=1):
             _side(panels[line][column], true, body, side)
             if column == 0:
                 words = _SIDE_ORDER[line - 1]
                 panels[line][column].set_ylabel(f"{words}\n{side[3]} in mm", fontsize=10)
     panels[0][0].set_ylabel("left image", fontsize=10)
-    write_whole(file, png(figure))
+    caption = (
+        f"Models of the same pair (seed {shown[0][0].seed}) as in Fig. 9: black the true object, "
+        "blue the model's ellipsoids. Above in the left image, below seen from above (x-z) and "
+        "from the side (z-y), z away from the hand."
+    )
+    return Picture("two_ellipsoids", caption, png(figure))
 
 
-def draw_errors(rows: Mapping[Procedure, Sequence[TwoRow]], file: Path) -> None:
-    """Draw the errors of all seeds, with their means and 95 % intervals, and a CSV beside it.
-
-    Raises:
-        OutputError: a file cannot be written.
-
-    """
+def draw_errors(rows: Mapping[Procedure, Sequence[TwoRow]]) -> Picture:
+    """Draw the errors of all seeds, with their means and 95 % intervals."""
     figure = new_figure(11.0, 4.6)
     panels = figure.subplots(1, 4, sharey=True)
     kinds = [kind for kind in Procedure if rows.get(kind)]
@@ -98,8 +85,9 @@ def draw_errors(rows: Mapping[Procedure, Sequence[TwoRow]], file: Path) -> None:
     panels[3].set_xlim(0.0, 1.02)
     panels[0].set_yticks(range(len(kinds)), [NAMES[kind] for kind in kinds], fontsize=10)
     panels[0].set_ylim(len(kinds) - 0.5, -0.5)
-    write_whole(file, png(figure))
-    write_whole(file.with_suffix(".csv"), _csv(rows))
+    caption = "Errors of all trials: dots are trials, diamonds means, bars their 95 % intervals."
+    numbers = _numbers(rows)
+    return Picture(numbers.name, caption, png(figure), numbers)
 
 
 def _image(panel: "Axes", pair: EyePair, body: Body) -> None:
@@ -165,7 +153,7 @@ def _dots(panel: "Axes", values: Mapping[Procedure, Sequence[float]], label: str
         beside = place + np.linspace(-0.22, 0.22, len(numbers)) if len(numbers) > 1 else [place]
         color = DISTINCT[1] if kind is Procedure.PAPER else _MODEL
         panel.plot(numbers, beside, ".", color=color, alpha=0.45, markersize=5)
-        found = over(numbers, float)
+        found = over(numbers)
         half = found.half or 0.0
         panel.plot([found.mean - half, found.mean + half], [place] * 2, color=_TRUE, linewidth=2.2)
         panel.plot(found.mean, place, "D", color=_TRUE, markersize=5)
@@ -174,7 +162,7 @@ def _dots(panel: "Axes", values: Mapping[Procedure, Sequence[float]], label: str
     panel.grid(axis="x", color="#e6e6e6", linewidth=0.8)
 
 
-def _csv(rows: Mapping[Procedure, Sequence[TwoRow]]) -> bytes:
+def _numbers(rows: Mapping[Procedure, Sequence[TwoRow]]) -> Table:
     lines = [
         (
             kind.value,
@@ -186,4 +174,4 @@ def _csv(rows: Mapping[Procedure, Sequence[TwoRow]]) -> bytes:
         for number, row in enumerate(found)
     ]
     head = ("procedure", "trial", "x_mm", "y_mm", "z_mm", "volume_iou", "silhouette_iou", "volume")
-    return csv_of(head, lines)
+    return Table("two_ellipsoids_errors", head, lines)

@@ -2,8 +2,12 @@
 
 import time
 from collections.abc import Sequence
+from enum import Enum
+from typing import Annotated
 
+import msgspec
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from servoid._native import (
@@ -22,17 +26,91 @@ from servoid.model import RangeSamples
 from servoid.model.range_samples import NO_RANGE_SAMPLES, range_samples_of_depth
 from servoid.segment.hue import hue_window, match_image
 from servoid.stereo import stereo_depth
-from servoid_experiments.metrics import (
-    centroid,
-    nearest_parts,
-    shape_matrices,
-    volume_iou,
+from servoid_experiments.metrics import centroid, nearest_parts, shape_matrices, volume_iou
+from servoid_experiments.paper.eye_pair import (
+    EyePair,
+    Moment,
+    PairSettings,
+    Triple,
+    paper_hand,
+    see,
+    true_body,
 )
-from servoid_experiments.paper.eye_pair import EyePair, Moment, paper_hand, see, true_body
-from servoid_experiments.paper.two.case import OBJECT_NAME, Procedure, TwoCase, TwoRow
+from servoid_experiments.stage import EyeMode
 
+OBJECT_NAME = "two_ellipsoids"
 _SURE = 0.008  # largest expected error of a measured depth, as a share of it
-_LIGHT_TURN, _LIGHT_LEVEL = 0.2, 0.15
+
+
+class Procedure(Enum):
+    """A way to model: the inputs and the method."""
+
+    PAPER = "paper"
+    PAIR = "pair"
+    STEREO = "stereo"
+    DEPTH = "depth"
+    LOOKS = "looks"
+
+
+class TwoTrial(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the object is seen and modelled."""
+
+    pair: PairSettings = PairSettings(samples=1, background="plain")
+    eyes: Annotated[EyeMode, Meta(description="where the eyes look; assumed")] = EyeMode.VERGED
+    place: Annotated[
+        Triple, Meta(description="of the object in the hand's frame, m; as in Sec. 5.1, assumed")
+    ] = (0.0, -0.1, 0.53)
+    spread: Annotated[
+        float, Meta(ge=0.0, description="how far off it lies at random along each axis, m")
+    ] = 0.03
+    ellipsoids: Annotated[int, Meta(ge=1, description="of the model; the paper's")] = 3
+    points: Annotated[int, Meta(ge=1, description="m, on a surface; assumed")] = 500
+    alpha: Annotated[
+        float,
+        Meta(gt=0.0, description="margin of the envelope, share of the least radius; assumed"),
+    ] = 0.3
+    population: Annotated[int, Meta(ge=8, description="individuals; assumed")] = 100
+    generations: Annotated[int, Meta(ge=1, description="for each ellipsoid; assumed")] = 300
+    depth_noise: Annotated[
+        float, Meta(ge=0.0, description="of a depth camera, share of the depth; assumed")
+    ] = 0.005
+    looks_deg: Annotated[
+        tuple[tuple[float, float], ...],
+        Meta(
+            description="further places to look from, turned about the object to the right and up"
+        ),
+    ] = ((55.0, 0.0), (-55.0, 0.0), (0.0, 45.0))
+
+
+class TwoCase(msgspec.Struct, frozen=True, kw_only=True):
+    """One model of one stereo pair; the seed sets noise, light, position and search."""
+
+    procedure: Procedure
+    seed: int
+    trial: TwoTrial
+
+
+class TwoRow(msgspec.Struct, frozen=True, kw_only=True):
+    """A model and its errors, in m, in the frame of the hand at its first position.
+
+    `error` is that of the centroid. `part_errors` are those of the centre nearest to each true
+    ellipsoid's, and `radius_errors` those of that ellipsoid's radii, the longest first.
+    `volume_ratio` is the model's volume divided by the true one. `seen_points` is the number of
+    surface points from depth. `centers`, `radii` and `rotations` (w, x, y, z) are the model's.
+    Seconds are not reproducible.
+    """
+
+    error: list[float]
+    volume_iou: float
+    silhouette_iou: float
+    volume_ratio: float
+    part_errors: list[list[float]]
+    radius_errors: list[list[float]]
+    seen_points: int
+    centers: list[list[float]]
+    radii: list[list[float]]
+    rotations: list[list[float]]
+    seconds: float
 
 
 def run_two_ellipsoids(case: TwoCase) -> TwoRow:
@@ -40,8 +118,10 @@ def run_two_ellipsoids(case: TwoCase) -> TwoRow:
     pair = first_pair(case)
     window = hue_window(pair.images[0], pair.masks[0])
     pairs = [pair, *_further_pairs(case)] if case.procedure is Procedure.LOOKS else [pair]
-    views = [view for one in pairs for view in _views(one, window)]
-    samples = _range_samples(case, pair, match_image(pair.images[0], *window))
+    # All procedures start from the pixels with the target's hue.
+    masks = [[match_image(image, *window) for image in one.images] for one in pairs]
+    views = [view for one, own in zip(pairs, masks, strict=True) for view in one.views(own)]
+    samples = _range_samples(case, pair, masks[0][0])
     start = time.perf_counter()
     body = _model(case, views, samples)
     seconds = time.perf_counter() - start
@@ -80,28 +160,14 @@ def _hand_from_object(case: TwoCase) -> Pose:
 
 def _pair_from(case: TwoCase, world_from_hand: Pose, number: int) -> EyePair:
     world_from_object = paper_hand() @ _hand_from_object(case)
-    random = np.random.default_rng([case.seed, 1])
-    toward = np.array(Moment.toward) + random.uniform(-_LIGHT_TURN, _LIGHT_TURN, 3)
     moment = Moment(
         OBJECT_NAME,
         world_from_hand.inverse() @ world_from_object,
         world_from_hand,
         case.trial.eyes,
         seed=100 * case.seed + number,
-        level=float(1.0 + random.uniform(-_LIGHT_LEVEL, _LIGHT_LEVEL)),
-        toward=(float(toward[0]), float(toward[1]), float(toward[2])),
     )
-    return see(case.trial.pair, moment)
-
-
-def _views(pair: EyePair, window: tuple[float, float]) -> list[View]:
-    """Return the pixels with the target's hue, from which all procedures start."""
-    return [
-        View(camera=camera, world_from_camera=pose, mask=match_image(image, *window))
-        for camera, pose, image in zip(
-            pair.cameras, pair.world_from_cameras, pair.images, strict=True
-        )
-    ]
+    return see(case.trial.pair, moment.lit(np.random.default_rng([case.seed, 1])))
 
 
 def _range_samples(case: TwoCase, pair: EyePair, mask: NDArray[np.uint8]) -> RangeSamples:
@@ -152,16 +218,10 @@ def _row(body: Body, pair: EyePair, seen_points: int, seconds: float) -> TwoRow:
     world = [
         body.world_from_object @ Pose.from_parts([0, 0, 0], q.tolist()) for q in body.rotations
     ]
-    eyes = [
-        View(camera=camera, world_from_camera=pose, mask=mask)
-        for camera, pose, mask in zip(
-            pair.cameras, pair.world_from_cameras, pair.masks, strict=True
-        )
-    ]
     return TwoRow(
         error=(in_hand @ (centroid(body) - centroid(true))).tolist(),
         volume_iou=volume_iou(body, true),
-        silhouette_iou=float(silhouette_ious(body, eyes).mean()),
+        silhouette_iou=float(silhouette_ious(body, pair.views(pair.masks)).mean()),
         volume_ratio=float(body.mass_properties()[0] / true.mass_properties()[0]),
         part_errors=((found[parts] - there) @ in_hand.T).tolist(),
         radius_errors=(radii[parts] - true_radii).tolist(),

@@ -9,60 +9,23 @@ from typing import TYPE_CHECKING
 
 from servoid.view.axes import dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
-from servoid_experiments.report import csv_of
+from servoid_experiments.design import Picture, Table
 from servoid_experiments.stats import Spread
-from servoid_experiments.sweeping.factor import Factor, Value
+from servoid_experiments.sweep import Curve, Panel, Value
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-BANDS = (
+_BANDS = (
     "One panel a factor, all else as in the centre. Lines are the median over the seeds, bands "
     "reach from the lowest to the highest."
 )
-
 _WIDE_IN, _HIGH_IN = 9.6, 2.35
 _COLUMNS = 3
 _TITLE_LETTERS = 24  # per line beside an axis
 _MOST_TICKS = 7
 _IN_LEGEND = 6
 _BESIDE = 0.13  # of the distance between names: the offset of values that are side by side
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A series: its spread at each value; None where unknown."""
-
-    name: str
-    color: str
-    style: str
-    values: tuple[Value, ...]
-    spreads: tuple[Spread | None, ...]
-
-
-@dataclass(frozen=True)
-class Panel:
-    """The curves of one factor, and the values that it has in the centres.
-
-    `note` explains the dashed curves.
-    """
-
-    factor: Factor
-    centers: tuple[Value, ...]
-    curves: tuple[Curve, ...]
-    note: str = ""
-
-    @property
-    def values(self) -> tuple[Value, ...]:
-        """Return all values on the axis, numbers in their order."""
-        found = list(dict.fromkeys(value for curve in self.curves for value in curve.values))
-        numbers = [value for value in found if isinstance(value, float | int)]
-        return tuple(sorted(numbers)) if len(numbers) == len(found) else tuple(found)
-
-    @property
-    def has_names(self) -> bool:
-        """Return whether the values are names."""
-        return not all(isinstance(value, float | int) for value in self.values)
 
 
 @dataclass(frozen=True)
@@ -73,6 +36,14 @@ class Scale:
     low: float | None = None
     high: float | None = None
     log: bool = False
+
+
+def picture_of(
+    panels: Sequence[Panel], scale: Scale, name: str, figure: str, caption: str
+) -> Picture:
+    """Return a picture of panels, and their numbers, of which `figure` is the heading."""
+    numbers = panels_table(panels, name, figure)
+    return Picture(name, f"{caption} {_BANDS}", draw_panels(panels, scale), numbers)
 
 
 def draw_panels(panels: Sequence[Panel], scale: Scale) -> bytes:
@@ -200,11 +171,12 @@ def written(value: Value) -> str:
     return value.replace("_", "\n") if isinstance(value, str) else f"{value:g}"
 
 
-def panels_csv(panels: Sequence[Panel], figure: str) -> bytes:
-    """Return the content of panels as CSV: a line for each value of each curve.
+def panels_table(panels: Sequence[Panel], name: str, figure: str) -> Table:
+    """Return the numbers in panels: a row for each value of each curve.
 
     `figure` names the number; `seeds_low` and `seeds_high` are the extremes over the seeds.
     """
+    head = ("factor", "unit", "value", "series", "variant", figure, "seeds_low", "seeds_high")
     rows = [
         (
             panel.factor.title,
@@ -219,5 +191,4 @@ def panels_csv(panels: Sequence[Panel], figure: str) -> bytes:
         for value, spread in zip(curve.values, curve.spreads, strict=True)
         if spread is not None
     ]
-    head = ("factor", "unit", "value", "series", "variant", figure, "seeds_low", "seeds_high")
-    return csv_of(head, rows)
+    return Table(name, head, rows)

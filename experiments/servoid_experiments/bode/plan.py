@@ -1,17 +1,48 @@
-"""The settings of the study of frequency responses and margins, with their defaults."""
+"""The settings of the study of frequency responses and margins, and their runs."""
 
+from collections.abc import Iterator, Sequence
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
+from msgspec.structs import asdict
 
+from servoid.batch import Work
 from servoid.errors import StudyError
 from servoid.sim.world import BACKGROUNDS, OBJECTS
-from servoid_experiments.sweeping import check_names
+from servoid_experiments.bode.margin import (
+    FIXED_EYES,
+    MARGIN,
+    NO_FEED_FORWARD,
+    NO_PREDICTION,
+    PAPER,
+    SERVOID,
+    Loop,
+    MarginCase,
+)
+from servoid_experiments.bode.response import RESPONSE, ResponseCase
+from servoid_experiments.design import Count, NotNegative, Positive
+from servoid_experiments.sweep import check_names
 
-Line = Annotated[int, Meta(ge=1)]
-NotNegative = Annotated[float, Meta(ge=0)]
-Positive = Annotated[float, Meta(gt=0)]
+VARIANTS: dict[str, tuple[bool, bool]] = {
+    "feed-forward, eyes follow": (True, True),
+    "feed-forward, fixed cameras": (True, False),
+    "no feed-forward, eyes follow": (False, True),
+    "no feed-forward, fixed cameras": (False, False),
+}
+"""Whether motion is fed forward and eyes follow, by the variant's name."""
+
+MAPS: dict[str, tuple[Loop, str]] = {
+    "servoid, eyes follow": (SERVOID, "delay"),
+    "servoid, fixed eyes": (FIXED_EYES, "delay"),
+    "no feed-forward, eyes follow": (NO_FEED_FORWARD, "delay"),
+    "neither feed-forward nor prediction, eyes follow": (NO_PREDICTION, "delay"),
+    "the paper's law, no time stamps": (PAPER, "gain"),
+}
+"""The loops and the sought margin at each latency and rate, by name."""
+
+HALF = 0.5  # scale of the runs that test whether responses depend on the amplitude
+_HALVED = 2  # seeds of these, at most
 
 
 class ResponseSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -28,10 +59,10 @@ class ResponseSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         float, Meta(gt=0, description="of which all frequencies are multiples; its period is a run")
     ] = 0.05
     sideways_lines: Annotated[
-        tuple[Line, ...], Meta(description="multiples at which the object swings to the right")
+        tuple[Count, ...], Meta(description="multiples at which the object swings to the right")
     ] = (1, 2, 4, 6, 8, 11, 15, 20, 26, 33, 40)
     depth_lines: Annotated[
-        tuple[Line, ...], Meta(description="multiples at which it swings away from the hand")
+        tuple[Count, ...], Meta(description="multiples at which it swings away from the hand")
     ] = (3, 5, 7, 10, 13, 17, 22, 29, 35, 39)
     speed: Annotated[float, Meta(gt=0, description="greatest speed of one frequency, m/s")] = 0.01
     amplitude: Annotated[float, Meta(gt=0, description="greatest amplitude of one, m")] = 0.02
@@ -104,3 +135,34 @@ QUICK = BodeSettings(
     ),
     margin=MarginSettings(latencies_s=(0.04,), rates_hz=(30.0,)),
 )
+
+
+def plan(settings: BodeSettings) -> Sequence[Work]:
+    """List the runs with images, and the margins without images."""
+    return (
+        Work(RESPONSE, list(_responses(settings.response))),
+        Work(MARGIN, list(_margins(settings.margin))),
+    )
+
+
+def _responses(settings: ResponseSettings) -> Iterator[ResponseCase]:
+    fixed = asdict(settings)
+    seeds = fixed.pop("seeds")
+    del fixed["lag_hz"]
+    runs = [(seed, *variant, 1.0) for seed in range(seeds) for variant in VARIANTS.values()]
+    runs += [(seed, True, True, HALF) for seed in range(min(_HALVED, seeds // 2))]
+    for seed, feed_forward, eyes_follow, scale in runs:
+        yield ResponseCase(
+            **fixed, seed=seed, feed_forward=feed_forward, eyes_follow=eyes_follow, scale=scale
+        )
+
+
+def _margins(settings: MarginSettings) -> Iterator[MarginCase]:
+    for loop, seeks in MAPS.values():
+        for latency_s in settings.latencies_s:
+            for rate_hz in settings.rates_hz:
+                yield MarginCase(loop=loop, latency_s=latency_s, rate_hz=rate_hz, seeks=seeks)
+    # With timestamps the gain margin is the same everywhere, which the corners show.
+    for latency_s in dict.fromkeys((min(settings.latencies_s), max(settings.latencies_s))):
+        for rate_hz in dict.fromkeys((min(settings.rates_hz), max(settings.rates_hz))):
+            yield MarginCase(loop=SERVOID, latency_s=latency_s, rate_hz=rate_hz, seeks="gain")

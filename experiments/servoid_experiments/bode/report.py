@@ -1,19 +1,24 @@
-"""Reports the responses of recognition, gaze and hand to an object that swings."""
+"""The study of how recognition, gaze and hand respond to an object that swings, and of margins."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
-from servoid.output import write_together
-from servoid_experiments.bode.drawing import AXES, bode_png
-from servoid_experiments.bode.planning import HALF, VARIANTS
-from servoid_experiments.bode.response import ResponseCase, ResponseRow
-from servoid_experiments.bode.settings import ResponseSettings
-from servoid_experiments.bode.spread import Bode
-from servoid_experiments.design import Done
-from servoid_experiments.report import Cell, Finding, Picture, Section, Table, Verdict, csv_of
-from servoid_experiments.stats import Spread
+from servoid.batch import Done, Results
+from servoid_experiments.bode.curves import AXES, Bode, bode_png
+from servoid_experiments.bode.margin import MARGIN
+from servoid_experiments.bode.margins_report import report_margins
+from servoid_experiments.bode.plan import (
+    HALF,
+    QUICK,
+    VARIANTS,
+    BodeSettings,
+    ResponseSettings,
+    plan,
+)
+from servoid_experiments.bode.response import RESPONSE, ResponseCase, ResponseRow
+from servoid_experiments.design import Cell, Picture, Section, Study, Table, Verdict
+from servoid_experiments.stats import over
 
 SIGNALS = {
     "seen": "where the tracker saw it, at the time of the image",
@@ -31,20 +36,31 @@ _BANDS = (
 )
 
 Curves = dict[tuple[str, str, str], Bode]
-Kept = Sequence[tuple[ResponseCase, ResponseRow]]
 
 
-def report_responses(
-    settings: ResponseSettings, done: Sequence[Done], folder: Path
-) -> list[Section]:
-    """Draw three Bode diagrams with their numbers, and list the findings; nothing without runs.
+def report_bode(settings: BodeSettings, results: Results) -> Sequence[Section]:
+    """Draw the figures, and return the sections with their numbers."""
+    sections = [
+        *report_responses(settings.response, results.get(RESPONSE.name, ())),
+        *report_margins(settings.margin, results.get(MARGIN.name, ())),
+    ]
+    return sections or [Section("No trial succeeded")]
 
-    Raises:
-        OutputError: a file cannot be written.
 
-    """
-    kept = [(one.case, one.row) for one in done if one.row is not None]
-    curves = gather([(case, row) for case, row in kept if case.scale == 1.0])
+def report_responses(settings: ResponseSettings, done: Sequence[Done]) -> list[Section]:
+    """Draw three Bode diagrams with their numbers, and list the findings; nothing without runs."""
+    runs = {
+        name: [
+            (one.case, one.row)
+            for one in done
+            if one.row is not None and (one.case.feed_forward, one.case.eyes_follow) == variant
+        ]
+        for name, variant in VARIANTS.items()
+    }
+    whole = {
+        name: [row for case, row in pairs if case.scale == 1.0] for name, pairs in runs.items()
+    }
+    curves = _gather(whole)
     if any((name, "hand", "sideways") not in curves for name in VARIANTS):
         return []
     shown = {
@@ -55,30 +71,26 @@ def report_responses(
             {SIGNALS[signal]: _by_axis(curves, _BEST, signal) for signal in _RECOGNITION},
         ),
     }
-    files = {folder / f"{name}.png": bode_png(title, of) for name, (title, of) in shown.items()}
-    files[folder / "responses.csv"] = _responses_csv(curves)
-    write_together(files)
     pictures = [
-        Picture(folder / f"{name}.png", f"{title}. {_BANDS}") for name, (title, _) in shown.items()
+        Picture(name, f"{title}. {_BANDS}", bode_png(title, drawn))
+        for name, (title, drawn) in shown.items()
     ]
-    findings = (
-        Finding("The hand follows with a phase lag (Section 5.3).", _lags(settings, curves)),
-    )
-    tables = (_summary(settings, curves), _limits(kept), _halved_table(kept))
-    return [Section("How recognition, gaze and hand answer", findings, tuple(pictures), tables)]
+    findings = {"The hand follows with a phase lag (Section 5.3).": _lags(settings, curves)}
+    tables = (
+        _summary(settings, curves), _limits(whole), _halved(runs[_BEST]), _responses(curves)
+    )  # fmt: skip
+    return [Section("How recognition, gaze and hand answer", findings, pictures, tables)]
 
 
-def gather(kept: Kept) -> Curves:
+def _gather(runs: dict[str, list[ResponseRow]]) -> Curves:
     """Collect the responses, by variant, signal and axis."""
-    curves: Curves = {}
-    for name, variant in VARIANTS.items():
-        rows = [row for case, row in kept if (case.feed_forward, case.eyes_follow) == variant]
-        for signal in SIGNALS:
-            for axis in AXES:
-                bode = Bode.of(rows, signal, axis)
-                if bode is not None:
-                    curves[name, signal, axis] = bode
-    return curves
+    found = {
+        (name, signal, axis): Bode.of(rows, signal, axis)
+        for name, rows in runs.items()
+        for signal in SIGNALS
+        for axis in AXES
+    }
+    return {place: bode for place, bode in found.items() if bode is not None}
 
 
 def _lags(settings: ResponseSettings, curves: Curves) -> Verdict:
@@ -104,63 +116,48 @@ def _summary(settings: ResponseSettings, curves: Curves) -> Table:
             bode.peak,
             bode.delay_s,
         )
-        cells = [cell for one in figures for cell in _cells(one)]
+        cells = [cell for one in figures for cell in (one.middle, one.low, one.high)]
         off = float(np.abs(bode.gain.middle - 1.0).max())
         rows.append((*place, len(bode.gains), *cells, bode.peak_hz, off))
     return Table(
         "response_figures",
-        f"Medians and extremes over the runs; lag and missed share at {settings.lag_hz:g} Hz; inf: "
-        "above all frequencies.",
         ("variant", "signal", "axis", "runs", *(f"{name}{end}" for name in names for end in _ENDS),
          "greatest_gain_hz", "gain_off_at_most"),
         rows,
+        f"Medians and extremes over the runs; lag and missed share at {settings.lag_hz:g} Hz; inf: "
+        "above all frequencies.",
     )  # fmt: skip
 
 
-def _cells(spread: Spread) -> tuple[float, float, float]:
-    return spread.middle, spread.low, spread.high
-
-
-def _limits(kept: Kept) -> Table:
+def _limits(runs: dict[str, list[ResponseRow]]) -> Table:
     """List what makes the responses nonlinear."""
     rows: list[tuple[Cell, ...]] = []
-    for name, variant in VARIANTS.items():
-        runs = [
-            row
-            for case, row in kept
-            if (case.feed_forward, case.eyes_follow) == variant and case.scale == 1.0
-        ]
-        answers = [row.answer("hand", axis) for row in runs for axis in AXES]
-        limited = [row.limited_share for row in runs]
+    for name, found in runs.items():
+        limited = over(row.limited_share for row in found)
+        answers = [row.answer("hand", axis) for row in found for axis in AXES]
         rows.append(
             (
                 name,
-                max(row.joint_speed_share for row in runs),
-                max(row.joint_acceleration_share for row in runs),
-                min(limited),
-                float(np.median(limited)),
-                max(limited),
+                max(row.joint_speed_share for row in found),
+                max(row.joint_acceleration_share for row in found),
+                *(limited.low, limited.middle, limited.high),
                 max(one.floor for one in answers if one is not None),
             )
         )
     return Table(
         "response_limits",
-        "Greatest shares of the joints' limits that were used, control periods at a limit, and the "
-        "hand's motion at frequencies at which nothing moves.",
         ("variant", "joint_speed_share", "joint_acceleration_share", "limited_share_low",
          "limited_share", "limited_share_high", "hand_at_rest_m"),
         rows,
+        "Greatest shares of the joints' limits that were used, control periods at a limit, and the "
+        "hand's motion at frequencies at which nothing moves.",
     )  # fmt: skip
 
 
-def _halved_table(kept: Kept) -> Table:
+def _halved(pairs: Sequence[tuple[ResponseCase, ResponseRow]]) -> Table:
     """List how the hand's gain changes at half the amplitudes, seed by seed."""
+    runs = {(case.seed, case.scale): row for case, row in pairs}
     rows: list[tuple[Cell, ...]] = []
-    runs = {
-        (case.seed, case.scale): row
-        for case, row in kept
-        if (case.feed_forward, case.eyes_follow) == VARIANTS[_BEST]
-    }
     for (seed, scale), row in runs.items():
         whole = runs.get((seed, 1.0))
         if scale != HALF or whole is None:
@@ -169,15 +166,13 @@ def _halved_table(kept: Kept) -> Table:
             half_answer, whole_answer = row.answer("hand", axis), whole.answer("hand", axis)
             if half_answer is not None and whole_answer is not None:
                 ratios = np.abs(half_answer.ratio) / np.abs(whole_answer.ratio)
-                rows += [
-                    (seed, axis, *pair)
-                    for pair in zip(half_answer.hz, ratios.tolist(), strict=True)
-                ]
+                both = zip(half_answer.hz, ratios.tolist(), strict=True)
+                rows += [(seed, axis, *pair) for pair in both]
     return Table(
         "response_halved",
-        "The hand's gain with half the amplitudes over that with the whole, by the same seed.",
         ("seed", "axis", "hz", "ratio"),
         rows,
+        "The hand's gain with half the amplitudes over that with the whole, by the same seed.",
     )
 
 
@@ -191,7 +186,7 @@ def _by_axis(curves: Curves, variant: str, signal: str) -> dict[str, Bode]:
     return {axis: bode for axis, bode in found.items() if bode is not None}
 
 
-def _responses_csv(curves: Curves) -> bytes:
+def _responses(curves: Curves) -> Table:
     """Return gains and phases: a line for each variant, signal, axis and frequency."""
     names = ("gain", "gain_low", "gain_high", "phase_deg", "phase_low_deg", "phase_high_deg")
     lines: list[tuple[Cell, ...]] = []
@@ -204,4 +199,18 @@ def _responses_csv(curves: Curves) -> bytes:
         for index, hz in enumerate(bode.hz):
             numbers = [f"{values[index]:.5g}" for values in bands]
             lines.append((*place, f"{hz:g}", *numbers, len(bode.gains)))
-    return csv_of(("variant", "signal", "axis", "hz", *names, "runs"), lines)
+    return Table("responses", ("variant", "signal", "axis", "hz", *names, "runs"), lines)
+
+
+BODE = Study(
+    name="bode",
+    title="Frequency responses and margins",
+    question=(
+        "Up to which frequency do recognition, gaze and hand follow, with and without feed-forward "
+        "and turning eyes, and how much gain, delay and latency does the loop withstand?"
+    ),
+    settings=BodeSettings,
+    quick=QUICK,
+    plan=plan,
+    report=report_bode,
+)

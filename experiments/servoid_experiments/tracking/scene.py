@@ -1,24 +1,30 @@
-"""Renders a scene: two fixed eyes, a moving object, and a room behind it."""
+"""Renders a scene: two fixed eyes, an object that moves along a curve, and a room behind it."""
 
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
-from servoid._native import Camera, Lens
+from servoid.camera import Camera, Lens
 from servoid.pose import Pose, looking
 from servoid.pose.exact import Floats
 from servoid.sim.world.cameras.camera_simulator import make_lens
-from servoid.sim.world.cameras.renderer import Image, Raycaster, Shot
-from servoid.sim.world.events.motions import STILL, compose, pose_of, row_of, unit_row
+from servoid.sim.world.cameras.renderer import Image
+from servoid.sim.world.events.motions import STILL, compose, pose_of, row_of
+from servoid.sim.world.events.paths import Random
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.room import make_room
 from servoid.sim.world.scene.visuals import BOARD, OBJECT, Box, Finish, Visual
 from servoid.sim.world.settings import BEFORE_HAND, CameraSettings, LightSettings
-from servoid_experiments.tracking.cases import Eyes, Scene
-from servoid_experiments.tracking.way import rest_from_objects
+from servoid_experiments.design import NotNegative, Positive
+from servoid_experiments.stage import EyeMode, Stage, pinhole
+
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Images = tuple[Image, ...]
 
 RATE_HZ = 30.0
 _EYES = (-0.89, 0.0, 0.5)  # the midpoint between them, at the start of the paper's hand
@@ -29,8 +35,31 @@ _CLEAR = 0.01  # metres between the board and what it hides
 _BESIDE = 0.05  # metres by which it exceeds an object that it hides completely
 _OUT_OF_SIGHT = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -50.0)
 _ROOMS = 2  # kept in memory, some 60 MB each
+_REACH = 0.05  # of the object's path, metres along each axis
+_PERIOD_S = 6.0
+_BEGIN_S = 2.0  # after which the path's own start has ended
+_STEP_S = 0.02
+_SOFT = 6  # images over which the motion is faded in
 
-Images = tuple[Image, ...]
+
+class Scene(Struct, frozen=True, kw_only=True):
+    """A sequence of images of a moving object before two fixed eyes.
+
+    `way_mm` is the distance that the object's middle moves from one image to the next. `light` is
+    the factor by which the light changes halfway. `hidden` is the share of the object that a board
+    in front of it hides for a while.
+    """
+
+    object: str
+    way_mm: Positive
+    noise: NotNegative
+    light: Positive
+    hidden: Share
+    baseline_mm: Positive
+    eyes: EyeMode
+    images: Annotated[int, Meta(ge=12)]
+    size_px: tuple[int, int]
+    seed: Annotated[int, Meta(ge=0)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +101,7 @@ def eyes_of(scene: Scene) -> tuple[Pose, ...]:
     for side in (-0.5, 0.5):
         shift = Pose.from_parts((side * 0.001 * scene.baseline_mm, 0.0, 0.0), STILL[:4])
         eye = head @ shift
-        if scene.eyes is Eyes.VERGED:
+        if scene.eyes is EyeMode.VERGED:
             eye = looking(eye.translation, _rest().translation)
         eyes.append(eye)
     return tuple(eyes)
@@ -100,37 +129,28 @@ class SetUp:
         """
         self.scene = scene
         self._lens = make_lens(CameraSettings(size_px=scene.size_px))
-        self.camera = Camera(
-            size_px=self._lens.size_px,
-            focal_px=self._lens.focal_px,
-            center_px=self._lens.center_px,
-        )
+        self.camera = pinhole(self._lens)
         self.eyes = eyes_of(scene)
         ways = rest_from_objects(scene.seed, 0.001 * scene.way_mm, scene.images)
         self.world_from_objects = tuple(_rest() @ one for one in ways)
-        self._own = make_object(scene.object) if own is None else own
+        own = make_object(scene.object) if own is None else own
         seen = _seen_room(scene.seed, self._lens, self.eyes)
-        self._things = (*self._own, Visual(_BOARD, _CARD, BOARD), *seen)
-        self._carried = np.array([unit_row(one.carrier_from_visual) for one in self._things])
-        self._drawer = Raycaster(self._things)
-        self._alone = Raycaster(self._own)
+        self._stage = Stage((*own, Visual(_BOARD, _CARD, BOARD), *seen))
+        self._alone = Stage(own)
 
     def images(self, index: int) -> Images:
         """Render what both eyes see at one instant."""
         scene, halfway = self.scene, index >= self.scene.images // 2
         return tuple(
-            self._drawer.image(
-                Shot(
-                    lens=self._lens,
-                    world_from_lens=row_of(eye)[None],
-                    world_from_visuals=self._places(index)[None],
-                    toward=LightSettings().toward,
-                    level=scene.light if halfway else 1.0,
-                    samples=1,
-                    noise=scene.noise,
-                    seed=(scene.seed * scene.images + index) * len(self.eyes) + side,
-                    threads=1,
-                )
+            self._stage.image(
+                self._lens,
+                eye,
+                self._places(index),
+                toward=LightSettings().toward,
+                level=scene.light if halfway else 1.0,
+                samples=1,
+                noise=scene.noise,
+                seed=(scene.seed * scene.images + index) * len(self.eyes) + side,
             )
             for side, eye in enumerate(self.eyes)
         )
@@ -138,30 +158,23 @@ class SetUp:
     def masks(self, index: int) -> tuple[NDArray[np.uint8], ...]:
         """Return the object's masks at one instant, (H, W) uint8, 255 inside."""
         places = self._places(index)
-        masks = []
-        for eye in self.eyes:
-            _, numbers = self._drawer.depth(self._lens, row_of(eye), places)
-            own = (numbers >= 0) & (numbers < len(self._own))
-            masks.append(np.where(own, np.uint8(255), np.uint8(0)))
-        return tuple(masks)
+        numbers = [self._stage.depth(self._lens, eye, places)[1] for eye in self.eyes]
+        return tuple(map(self._stage.mask, numbers))
 
     def depths(self, index: int) -> tuple[NDArray[np.float32], ...]:
         """Return the eyes' depth images at one instant, (H, W) float32, metres, without noise."""
         places = self._places(index)
-        return tuple(self._drawer.depth(self._lens, row_of(eye), places)[0] for eye in self.eyes)
+        return tuple(self._stage.depth(self._lens, eye, places)[0] for eye in self.eyes)
 
     def _places(self, index: int) -> Floats:
         """Return the poses (T, 7) of all objects in the world."""
         board = self._board(index) if is_hidden(self.scene, index) else np.array(_OUT_OF_SIGHT)
-        carriers = {OBJECT: row_of(self.world_from_objects[index]), BOARD: board}
-        rows = [carriers.get(one.carrier, np.array(STILL)) for one in self._things]
-        return compose(np.array(rows), self._carried)
+        return self._stage.places({OBJECT: row_of(self.world_from_objects[index]), BOARD: board})
 
     def _board(self, index: int) -> Floats:
         """Place the board's edge so that it hides the given share as seen from between the eyes."""
-        count = len(self._own)
-        places = compose(row_of(self.world_from_objects[index]), self._carried[:count])
-        depths, numbers = self._alone.depth(self._lens, row_of(_head()), places)
+        places = compose(row_of(self.world_from_objects[index]), self._alone.carried)
+        depths, numbers = self._alone.depth(self._lens, _head(), places)
         columns = np.cumsum((numbers >= 0).sum(axis=0))
         edge = int(np.searchsorted(columns, self.scene.hidden * columns[-1]))
         near = float(np.nanmin(depths)) - _CLEAR
@@ -174,18 +187,14 @@ class SetUp:
 
 def _seen_room(seed: int, lens: Lens, eyes: tuple[Pose, ...]) -> tuple[Visual, ...]:
     """Return the visible part of a room: the rest costs time without effect."""
-    things, drawer = _room(seed)
-    places = np.array([unit_row(one.carrier_from_visual) for one in things])
-    seen = {
-        int(one) for eye in eyes for one in np.unique(drawer.depth(lens, row_of(eye), places)[1])
-    }
-    return tuple(one for number, one in enumerate(things) if number in seen)
+    room = _room(seed)
+    seen = {int(one) for eye in eyes for one in np.unique(room.depth(lens, eye, room.carried)[1])}
+    return tuple(one for number, one in enumerate(room.visuals) if number in seen)
 
 
 @lru_cache(maxsize=_ROOMS)
-def _room(seed: int) -> tuple[tuple[Visual, ...], Raycaster]:
-    things = make_room("cluttered", seed)
-    return things, Raycaster(things)
+def _room(seed: int) -> Stage:
+    return Stage(make_room("cluttered", seed))
 
 
 def _head() -> Pose:
@@ -195,3 +204,26 @@ def _head() -> Pose:
 def _rest() -> Pose:
     """Return the frame in the world with the middle of the object's path at its origin."""
     return _head() @ pose_of((*STILL[:4], 0.0, 0.0, AWAY))
+
+
+def rest_from_objects(seed: int, way: float, count: int) -> list[Pose]:
+    """Return the object's pose in each image, in a frame in the middle of its path.
+
+    Its middle moves `way` metres along the curve from one image to the next, less in the first few.
+    """
+    path = Random(seed, _REACH, _PERIOD_S)
+    shares = np.minimum(np.arange(count) / _SOFT, 1.0)
+    gone = way * np.cumsum(shares)
+    return [path.start_from_object(time_s) for time_s in _times(path, gone)]
+
+
+def _times(path: Random, gone: Floats) -> list[float]:
+    """Return the times at which a path has covered distances (N,) along its curve."""
+    times, lengths = [_BEGIN_S], [0.0]
+    place = np.array(path.start_from_object(_BEGIN_S).translation)
+    while lengths[-1] < gone[-1]:
+        times.append(times[-1] + _STEP_S)
+        after = np.array(path.start_from_object(times[-1]).translation)
+        lengths.append(lengths[-1] + float(np.linalg.norm(after - place)))
+        place = after
+    return np.interp(gone, lengths, times).tolist()

@@ -1,1 +1,0 @@
-"""The sensitivity to the constants that the paper does not state."""

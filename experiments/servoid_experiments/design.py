@@ -25,6 +25,11 @@ Positive = Annotated[float, Meta(gt=0.0)]
 Cell = str | float | int | None
 
 
+def about(description: str, **bounds: Any) -> Meta:
+    """Describe a setting, or a column of results, and give its bounds, as in `msgspec.Meta`."""
+    return Meta(description=description, **bounds)
+
+
 class Verdict(Enum):
     """How a result relates to the paper's claim."""
 

@@ -29,12 +29,6 @@ class Spread:
         """Return how far a single further value is from the mean in 95 % of cases."""
         return (self.half or 0.0) * math.sqrt(self.count + 1.0)
 
-    def times(self, factor: float) -> "Spread":
-        """Return the spread of all values times a factor above 0."""
-        half = None if self.half is None else factor * self.half
-        others = (factor * value for value in (self.middle, self.low, self.high))
-        return Spread(self.count, factor * self.mean, half, *others)
-
 
 def spread_of(values: Iterable[float | None]) -> Spread | None:
     """Return the statistics of the known values, None if there are none."""

@@ -126,13 +126,6 @@ def test_values_beyond_all_that_was_tried_are_above_all_others() -> None:
     assert (spread.mean, spread.half) == (math.inf, None)
 
 
-def test_a_spread_in_another_unit_is_that_of_the_values_in_it() -> None:
-    metres, millimetres = (over([k * 0.001, k * 0.004]) for k in (1.0, 1e3))
-    scaled = metres.times(1e3)
-    for name in ("mean", "half", "middle", "low", "high"):
-        assert getattr(scaled, name) == pytest.approx(getattr(millimetres, name))
-
-
 def test_each_point_of_a_picture_has_its_line_of_numbers() -> None:
     sweep = Sweep(trials())
     panels = [sweep.panel([SERIES], one, lambda row: row.worth) for one in (SIZE, COUNT, KIND)]

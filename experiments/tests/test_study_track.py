@@ -65,9 +65,9 @@ SCENE = series_of(SMALL)[0].centers[0].scene
 
 def own_pixels(scene: Scene, index: int) -> np.ndarray:
     """Return where the left eye would see the object if nothing stood before it."""
-    footage = shoot(scene)
-    eye_from_object = footage.world_from_cameras[0].inverse() @ footage.world_from_objects[index]
-    return design_of(scene.object).mask(footage.cameras[0], eye_from_object.inverse()) > 0
+    set_up = SetUp(scene)
+    eye_from_object = set_up.eyes[0].inverse() @ set_up.world_from_objects[index]
+    return design_of(scene.object).mask(set_up.camera, eye_from_object.inverse()) > 0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -95,7 +95,7 @@ def test_verged_eyes_meet_in_the_middle_of_the_path_and_parallel_ones_do_not() -
 
 
 def test_the_masks_are_where_the_object_truly_is() -> None:
-    mask = shoot(SCENE).masks[0] > 0
+    mask = SetUp(SCENE).masks(0)[0] > 0
     own = own_pixels(SCENE, 0)
     assert np.count_nonzero(mask != own) <= 0.02 * np.count_nonzero(own)
 
@@ -122,7 +122,7 @@ def test_the_board_stands_there_in_the_third_quarter_alone() -> None:
 
 
 def test_the_light_changes_halfway() -> None:
-    images = shoot(changed(SCENE, light=0.4)).images
+    _, images = shoot(changed(SCENE, light=0.4))
     level = [float(pair[0].mean()) for pair in images]
     assert max(level[6:]) < 0.8 * min(level[:6])
 

@@ -22,33 +22,20 @@ _BLUE, _RED, _SKY, _ORANGE = DISTINCT[0], DISTINCT[1], DISTINCT[5], DISTINCT[4]
 _STYLES = ((_BLUE, "-"), (_SKY, "--"), (_RED, "-"), (_ORANGE, "--"))
 _FEWEST_DB, _MOST_DB = -12.0, 12.0
 _TICKS_HZ = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+Band = tuple[Floats, Floats, Floats]
+"""Median, lowest and highest value at each frequency, (L,) each."""
+
 HALF_POWER = 2.0**-0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Band:
-    """The median and the extremes over all runs, at each frequency, (L,) each."""
-
-    middle: Floats
-    low: Floats
-    high: Floats
-
-    @classmethod
-    def of(cls, values: Floats) -> "Band":
-        """Summarise values (n, L) of n runs."""
-        return cls(np.median(values, axis=0), values.min(axis=0), values.max(axis=0))
-
-
-@dataclass(frozen=True, eq=False)
 class Bode:
-    """A signal's response along an axis: `hz` (L,), amplitude ratio, and phase in degrees.
+    """A signal's response along an axis: `hz` (L,), amplitude ratios, and phases in degrees, (n, L).
 
-    A negative phase is a lag.
+    They are those of n runs; a negative phase is a lag.
     """
 
     hz: Floats
-    gain: Band
-    phase_deg: Band
     gains: Floats
     phases_deg: Floats
 
@@ -59,10 +46,9 @@ class Bode:
         if not answers:
             return None
         ratios = np.array([answer.ratio for answer in answers])
-        gains = np.abs(ratios)
         # Slow motion is followed, so the phase starts near 0 and is never a full turn off.
         phases = np.degrees(np.unwrap(np.angle(ratios), axis=1))
-        return cls(np.array(answers[0].hz), Band.of(gains), Band.of(phases), gains, phases)
+        return cls(np.array(answers[0].hz), np.abs(ratios), phases)
 
     def phase_at(self, hz: float, sign: float = 1.0) -> Spread:
         """Return the phase in degrees at the nearest frequency; with a sign of -1 the lag."""
@@ -90,9 +76,18 @@ class Bode:
         return over(self.gains.max(axis=1).tolist())
 
     @property
+    def bands(self) -> tuple[Band, Band]:
+        """Return median and extremes over all runs, of the amplitude ratio and of the phase."""
+        gains, phases = (
+            (np.median(one, axis=0), one.min(axis=0), one.max(axis=0))
+            for one in (self.gains, self.phases_deg)
+        )
+        return gains, phases
+
+    @property
     def peak_hz(self) -> float:
         """Return the frequency at which the median is largest."""
-        return float(self.hz[int(np.argmax(self.gain.middle))])
+        return float(self.hz[int(np.argmax(self.bands[0][0]))])
 
     @property
     def delay_s(self) -> Spread:
@@ -153,9 +148,9 @@ def bode_png(title: str, curves: Mapping[str, Mapping[str, Bode]]) -> bytes:
 
 def _draw(above: "Axes", below: "Axes", bode: Bode, look: tuple[str, str, str]) -> None:
     name, color, style = look
-    decibels = [20.0 * np.log10(part) for part in (bode.gain.low, bode.gain.middle, bode.gain.high)]
-    phases = (bode.phase_deg.low, bode.phase_deg.middle, bode.phase_deg.high)
-    for axes, (low, middle, high) in ((above, decibels), (below, phases)):
+    gains, phases = bode.bands
+    decibels = [20.0 * np.log10(part) for part in gains]
+    for axes, (middle, low, high) in ((above, decibels), (below, phases)):
         axes.fill_between(bode.hz, low, high, color=color, alpha=0.18, linewidth=0)
         axes.plot(
             bode.hz,

@@ -6,7 +6,6 @@ from typing import Annotated, cast
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from msgspec.structs import replace
 
 from servoid.batch import Experiment
@@ -20,6 +19,7 @@ from servoid.sim.serial_arm import SerialArm
 from servoid.sim.world import BEFORE_HAND, PhysicsSettings
 from servoid.track import Follower
 from servoid_experiments.bode.late_sight import LateSource, Reader, Sight
+from servoid_experiments.design import about
 
 GOAL_FROM_OBJECT = Pose.from_parts(BEFORE_HAND, [1.0, 0.0, 0.0, 0.0])
 
@@ -76,9 +76,9 @@ class MarginCase(msgspec.Struct, frozen=True, kw_only=True):
     """
 
     loop: Loop
-    latency_s: Annotated[float, Meta(description="from the exposure to the arrival of a pose, s")]
-    rate_hz: Annotated[float, Meta(description="poses each second")]
-    seeks: Annotated[str, Meta(description="gain, a factor, or delay, in s")]
+    latency_s: Annotated[float, about("from the exposure to the arrival of a pose, s")]
+    rate_hz: Annotated[float, about("poses each second")]
+    seeks: Annotated[str, about("gain, a factor, or delay, in s")]
 
 
 class MarginRow(msgspec.Struct, frozen=True, kw_only=True):
@@ -88,10 +88,8 @@ class MarginRow(msgspec.Struct, frozen=True, kw_only=True):
     `swings_hz` is the frequency of the oscillation there, if it was found.
     """
 
-    edge: Annotated[
-        float | None, Meta(description="where stability ends, a factor or s; null if nowhere")
-    ]
-    swings_hz: Annotated[float | None, Meta(description="frequency of the swing there, Hz")]
+    edge: Annotated[float | None, about("where stability ends, a factor or s; null if nowhere")]
+    swings_hz: Annotated[float | None, about("frequency of the swing there, Hz")]
 
 
 def run_margin(case: MarginCase) -> MarginRow:

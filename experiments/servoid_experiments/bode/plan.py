@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from typing import Annotated
 
 import msgspec
-from msgspec import Meta
 from msgspec.structs import asdict
 
 from servoid.batch import Work
@@ -21,7 +20,7 @@ from servoid_experiments.bode.margin import (
     MarginCase,
 )
 from servoid_experiments.bode.response import RESPONSE, ResponseCase
-from servoid_experiments.design import Count, NotNegative, Positive
+from servoid_experiments.design import Count, NotNegative, Positive, about
 from servoid_experiments.sweep import check_names
 
 VARIANTS: dict[str, tuple[bool, bool]] = {
@@ -48,29 +47,25 @@ _HALVED = 2  # seeds of these, at most
 class ResponseSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The object swings at many frequencies at once, and hand and eyes follow it."""
 
-    object: Annotated[str, Meta(description="what is followed, as in world.object.name")] = (
-        "painted_ellipsoid"
-    )
-    background: Annotated[str, Meta(description="what stands behind it")] = "cluttered"
+    object: Annotated[str, about("what is followed, as in world.object.name")] = "painted_ellipsoid"
+    background: Annotated[str, about("what stands behind it")] = "cluttered"
     seeds: Annotated[
-        int, Meta(ge=2, description="runs of each variant, which differ in phases, noise and room")
+        int, about("runs of each variant, which differ in phases, noise and room", ge=2)
     ] = 6
     base_hz: Annotated[
-        float, Meta(gt=0, description="of which all frequencies are multiples; its period is a run")
+        float, about("of which all frequencies are multiples; its period is a run", gt=0)
     ] = 0.05
     sideways_lines: Annotated[
-        tuple[Count, ...], Meta(description="multiples at which the object swings to the right")
+        tuple[Count, ...], about("multiples at which the object swings to the right")
     ] = (1, 2, 4, 6, 8, 11, 15, 20, 26, 33, 40)
     depth_lines: Annotated[
-        tuple[Count, ...], Meta(description="multiples at which it swings away from the hand")
+        tuple[Count, ...], about("multiples at which it swings away from the hand")
     ] = (3, 5, 7, 10, 13, 17, 22, 29, 35, 39)
-    speed: Annotated[float, Meta(gt=0, description="greatest speed of one frequency, m/s")] = 0.01
-    amplitude: Annotated[float, Meta(gt=0, description="greatest amplitude of one, m")] = 0.02
-    run_in_s: Annotated[
-        float, Meta(ge=3, description="of following before the period that counts, s")
-    ] = 5.0
+    speed: Annotated[float, about("greatest speed of one frequency, m/s", gt=0)] = 0.01
+    amplitude: Annotated[float, about("greatest amplitude of one, m", gt=0)] = 0.02
+    run_in_s: Annotated[float, about("of following before the period that counts, s", ge=3)] = 5.0
     lag_hz: Annotated[
-        float, Meta(gt=0, description="frequency at which lags are told; one of those sideways")
+        float, about("frequency at which lags are told; one of those sideways", gt=0)
     ] = 0.1
 
     def __post_init__(self) -> None:
@@ -103,16 +98,16 @@ class MarginSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
     latencies_s: Annotated[
         tuple[NotNegative, ...],
-        Meta(description="from the exposure to the arrival of a pose, s"),
+        about("from the exposure to the arrival of a pose, s"),
     ] = (0.0, 0.04, 0.08, 0.12, 0.2)
-    rates_hz: Annotated[tuple[Positive, ...], Meta(description="poses each second")] = (
+    rates_hz: Annotated[tuple[Positive, ...], about("poses each second")] = (
         10.0,
         30.0,
         60.0,
         120.0,
     )
     share: Annotated[
-        float, Meta(gt=0, le=1, description="of the gain at which the loop swings, to use at most")
+        float, about("of the gain at which the loop swings, to use at most", gt=0, le=1)
     ] = 0.5
 
 

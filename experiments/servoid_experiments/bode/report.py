@@ -117,7 +117,7 @@ def _summary(settings: ResponseSettings, curves: Curves) -> Table:
             bode.delay_s,
         )
         cells = [cell for one in figures for cell in (one.middle, one.low, one.high)]
-        off = float(np.abs(bode.gain.middle - 1.0).max())
+        off = float(np.abs(bode.bands[0][0] - 1.0).max())
         rows.append((*place, len(bode.gains), *cells, bode.peak_hz, off))
     return Table(
         "response_figures",
@@ -191,13 +191,9 @@ def _responses(curves: Curves) -> Table:
     names = ("gain", "gain_low", "gain_high", "phase_deg", "phase_low_deg", "phase_high_deg")
     lines: list[tuple[Cell, ...]] = []
     for place, bode in curves.items():
-        bands = [
-            values
-            for band in (bode.gain, bode.phase_deg)
-            for values in (band.middle, band.low, band.high)
-        ]
-        for index, hz in enumerate(bode.hz):
-            numbers = [f"{values[index]:.5g}" for values in bands]
+        gains, phases = bode.bands
+        for hz, *values in zip(bode.hz, *gains, *phases, strict=True):
+            numbers = [f"{value:.5g}" for value in values]
             lines.append((*place, f"{hz:g}", *numbers, len(bode.gains)))
     return Table("responses", ("variant", "signal", "axis", "hz", *names, "runs"), lines)
 

@@ -4,7 +4,6 @@ from typing import Annotated
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -19,8 +18,8 @@ from servoid.sim.world import ArmSettings, CameraSettings, ObjectSettings, World
 from servoid.track import Follower, Method
 from servoid_experiments.bode.recording import Course, RunRecorder
 from servoid_experiments.bode.swinging import Swing, Swinging, amplitudes
+from servoid_experiments.design import about
 
-SIDEWAYS, DEPTH = 0, 2  # indices of the axes
 _CAMERAS = CameraSettings(size_px=(320, 240), samples=1, moments=1)
 _ELLIPSOIDS = 4
 _SAME_M = 1e-7  # closer vertices are merged
@@ -46,6 +45,11 @@ class ResponseCase(msgspec.Struct, frozen=True, kw_only=True):
     amplitude: float
     run_in_s: float
     scale: float = 1.0
+
+    @property
+    def axes(self) -> tuple[tuple[int, str, tuple[int, ...]], ...]:
+        """Return index, name and lines of each axis along which the object moves."""
+        return (0, "sideways", self.sideways_lines), (2, "depth", self.depth_lines)
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
@@ -76,12 +80,10 @@ class ResponseRow(msgspec.Struct, frozen=True, kw_only=True):
     """
 
     answers: list[Answer]
-    images: Annotated[int, Meta(description="observations that count")]
-    joint_speed_share: Annotated[float, Meta(description="of the limit, the greatest in use")]
-    joint_acceleration_share: Annotated[
-        float, Meta(description="of the limit, the greatest in use")
-    ]
-    limited_share: Annotated[float, Meta(description="of control periods, at a limit")]
+    images: Annotated[int, about("observations that count")]
+    joint_speed_share: Annotated[float, about("of the limit, the greatest in use")]
+    joint_acceleration_share: Annotated[float, about("of the limit, the greatest in use")]
+    limited_share: Annotated[float, about("of control periods, at a limit")]
 
     def answer(self, signal: str, axis: str) -> Answer | None:
         """Return the response of a signal along an axis, None if there is none."""
@@ -170,7 +172,7 @@ def _path(case: ResponseCase) -> Swinging:
             amplitude=case.scale * case.amplitude,
             seed=(case.seed, axis),
         )
-        for axis, lines in ((SIDEWAYS, case.sideways_lines), (DEPTH, case.depth_lines))
+        for axis, _, lines in case.axes
     ]
     return Swinging(*swings)
 
@@ -200,15 +202,12 @@ def _start_tracker(world: World, body: Body, seed: int) -> Follower:
 
 def _answers(case: ResponseCase, recorder: RunRecorder) -> list[Answer]:
     """Compare each signal with the object's motion, along both axes."""
-    found = []
-    for signal, course in recorder.courses.items():
-        for axis, name, lines in (
-            (SIDEWAYS, "sideways", case.sideways_lines),
-            (DEPTH, "depth", case.depth_lines),
-        ):
-            if not (signal == "gaze" and name == "depth" and not case.eyes_follow):
-                found.append(_answer(case, signal, course, (axis, name, lines)))
-    return found
+    return [
+        _answer(case, signal, course, axis)
+        for signal, course in recorder.courses.items()
+        for axis in case.axes
+        if case.eyes_follow or (signal, axis[1]) != ("gaze", "depth")
+    ]
 
 
 def _answer(

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import Body, Camera, Lens, Paint, Scene
+from servoid._native import Body, Camera, Lens, Paint, Scene, View
 from servoid.errors import SimError
 from servoid.pose import Pose
 from servoid.pose.exact import Floats
@@ -68,6 +68,13 @@ class Design:
             world_from_visual=np.array([STILL]),
         )
         return np.where(numbers >= 0, np.uint8(255), np.uint8(0))
+
+    def views(self, camera: Camera, poses: Sequence[Pose]) -> list[View]:
+        """Return exact views of the object from poses of a camera in its frame."""
+        return [
+            View(camera=camera, world_from_camera=pose, mask=self.mask(camera, pose))
+            for pose in poses
+        ]
 
     def volume_iou(self, body: Body) -> float:
         """Return the intersection over union of the volumes of object and body."""

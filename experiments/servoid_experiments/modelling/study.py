@@ -5,12 +5,12 @@ from operator import attrgetter
 from statistics import fmean
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import Struct
 from msgspec.structs import asdict
 
 from servoid.batch import Results, Work
 from servoid.view.axes import DISTINCT
-from servoid_experiments.design import Cell, Count, NotNegative, Section, Study, Table
+from servoid_experiments.design import Cell, Count, NotNegative, Section, Study, Table, about
 from servoid_experiments.modelling.designs import DESIGNS
 from servoid_experiments.modelling.trial import MODELLING, ModelCase, ModelRow, Share, Views
 from servoid_experiments.panels import Scale, picture_of, written
@@ -23,7 +23,7 @@ from servoid_experiments.sweep import (
     check_varied,
 )
 
-Size = Annotated[tuple[Count, Count], Meta(description="width and height of a mask")]
+Size = Annotated[tuple[Count, Count], about("width and height of a mask")]
 
 _FIGURES = ("volume_iou", "outline_iou", "volume_share", "seconds")
 
@@ -45,31 +45,27 @@ _PICTURES = {
 class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The case in the centre: factors that are not varied have these values."""
 
-    views: Annotated[Views, Meta(description="masks from all sides")] = 12
-    ellipsoids: Annotated[Count, Meta(description="of the body")] = 5
-    edge_px: Annotated[NotNegative, Meta(description="by which outlines are off")] = 0.0
-    flipped: Annotated[Share, Meta(description="share of a mask's pixels that are wrong")] = 0.0
-    holes: Annotated[Share, Meta(description="share of the object that masks miss")] = 0.0
-    place_mm: Annotated[NotNegative, Meta(description="by which cameras are off")] = 0.0
-    turn_deg: Annotated[NotNegative, Meta(description="by which cameras are turned off")] = 0.0
+    views: Annotated[Views, about("masks from all sides")] = 12
+    ellipsoids: Annotated[Count, about("of the body")] = 5
+    edge_px: Annotated[NotNegative, about("by which outlines are off")] = 0.0
+    flipped: Annotated[Share, about("share of a mask's pixels that are wrong")] = 0.0
+    holes: Annotated[Share, about("share of the object that masks miss")] = 0.0
+    place_mm: Annotated[NotNegative, about("by which cameras are off")] = 0.0
+    turn_deg: Annotated[NotNegative, about("by which cameras are turned off")] = 0.0
 
 
 class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The values of each factor, which are varied one at a time; empty: not varied."""
 
-    views: Annotated[tuple[Views, ...], Meta(description="masks")] = (2, 3, 4, 6, 8, 16, 24)
-    ellipsoids: Annotated[tuple[Count, ...], Meta(description="of the body")] = (1, 2, 3, 8, 12)
-    edge_px: Annotated[tuple[NotNegative, ...], Meta(description="pixels")] = (1.0, 2.0, 4.0, 8.0)
-    flipped: Annotated[tuple[Share, ...], Meta(description="share of the pixels")] = (
+    views: Annotated[tuple[Views, ...], about("masks")] = (2, 3, 4, 6, 8, 16, 24)
+    ellipsoids: Annotated[tuple[Count, ...], about("of the body")] = (1, 2, 3, 8, 12)
+    edge_px: Annotated[tuple[NotNegative, ...], about("pixels")] = (1.0, 2.0, 4.0, 8.0)
+    flipped: Annotated[tuple[Share, ...], about("share of the pixels")] = (
         0.02, 0.05, 0.1, 0.2, 0.3,
     )  # fmt: skip
-    holes: Annotated[tuple[Share, ...], Meta(description="share of the object")] = (
-        0.05, 0.1, 0.2, 0.4,
-    )  # fmt: skip
-    place_mm: Annotated[tuple[NotNegative, ...], Meta(description="mm")] = (1.0, 2.0, 5.0, 10.0)
-    turn_deg: Annotated[tuple[NotNegative, ...], Meta(description="degrees")] = (
-        0.1, 0.2, 0.5, 1.0, 2.0,
-    )  # fmt: skip
+    holes: Annotated[tuple[Share, ...], about("share of the object")] = (0.05, 0.1, 0.2, 0.4)
+    place_mm: Annotated[tuple[NotNegative, ...], about("mm")] = (1.0, 2.0, 5.0, 10.0)
+    turn_deg: Annotated[tuple[NotNegative, ...], about("degrees")] = (0.1, 0.2, 0.5, 1.0, 2.0)
 
     def __post_init__(self) -> None:
         """Raise a StudyError if nothing is varied."""
@@ -81,11 +77,9 @@ class ModelStudySettings(Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     objects: Annotated[
         tuple[str, ...],
-        Meta(min_length=1, description="the sample's bird, and shipped objects"),
+        about("the sample's bird, and shipped objects", min_length=1),
     ] = ("bird", "bottle", "drill", "mug")
-    seeds: Annotated[
-        int, Meta(ge=1, description="trials a case: where views begin, noise and searches")
-    ] = 5
+    seeds: Annotated[int, about("trials a case: where views begin, noise and searches", ge=1)] = 5
     size_px: Size = (320, 240)
     center: CenterSettings = CenterSettings()
     sweep: SweepSettings = SweepSettings()

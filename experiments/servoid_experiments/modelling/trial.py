@@ -12,7 +12,7 @@ from servoid._native import Camera, ModelInput, ModelSettings, View, fit_body, s
 from servoid.batch import Experiment
 from servoid.pose import Pose
 from servoid.pose.exact import Floats
-from servoid_experiments.design import Count, NotNegative
+from servoid_experiments.design import Count, NotNegative, about
 from servoid_experiments.modelling.designs import DESIGNS, around, design_of
 
 Share = Annotated[float, Meta(ge=0.0, le=0.9)]
@@ -59,9 +59,7 @@ class ModelRow(Struct, frozen=True, kw_only=True):
     outline_iou: float
     worst_outline_iou: float
     volume_share: float
-    seconds: Annotated[
-        float, Meta(description="of one processor for modelling; differs from run to run")
-    ]
+    seconds: Annotated[float, about("of one processor for modelling; differs from run to run")]
 
 
 def run_model_case(case: ModelCase) -> ModelRow:
@@ -98,13 +96,10 @@ MODELLING = Experiment("modelling", run_model_case, ModelCase, ModelRow)
 
 
 @lru_cache(maxsize=len(DESIGNS))
-def _judges(name: str, size_px: tuple[int, int]) -> tuple[View, ...]:
+def _judges(name: str, size_px: tuple[int, int]) -> list[View]:
     """Return exact views of an object from which no trial models."""
-    design, camera = design_of(name), _camera(size_px)
-    return tuple(
-        View(camera=camera, world_from_camera=pose, mask=design.mask(camera, pose))
-        for pose in around(JUDGES, _JUDGES_BEGIN, _JUDGES_ELEVATIONS_DEG, AWAY)
-    )
+    poses = around(JUDGES, _JUDGES_BEGIN, _JUDGES_ELEVATIONS_DEG, AWAY)
+    return design_of(name).views(_camera(size_px), poses)
 
 
 def _camera(size_px: tuple[int, int]) -> Camera:

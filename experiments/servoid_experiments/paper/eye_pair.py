@@ -7,7 +7,6 @@ from typing import Annotated
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from numpy.typing import NDArray
 
 from servoid._native import Body, Camera, Lens, Pose, View
@@ -19,6 +18,7 @@ from servoid.sim.world.events.motions import pose_of, row_of, unit_row
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.room import make_room
 from servoid.sim.world.scene.visuals import OBJECT, Ellipsoid
+from servoid_experiments.design import about
 from servoid_experiments.stage import EyeMode, Stage, pinhole
 
 Image = NDArray[np.uint8]
@@ -30,22 +30,16 @@ _LIGHT_TURN, _LIGHT_LEVEL = 0.2, 0.15
 class PairSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the stereo pairs are taken; the paper states none of it."""
 
-    size_px: Annotated[
-        tuple[int, int], Meta(description="width and height of an image; assumed")
-    ] = (640, 480)
-    sight_deg: Annotated[
-        float, Meta(gt=0.0, lt=150.0, description="over the width of an image; assumed")
-    ] = 50.0
-    samples: Annotated[
-        int, Meta(ge=1, le=8, description="rays along each side of a pixel; assumed")
-    ] = 2
-    noise: Annotated[
-        float, Meta(ge=0.0, description="standard deviation in grey levels; assumed")
-    ] = 1.5
+    size_px: Annotated[tuple[int, int], about("width and height of an image; assumed")] = (640, 480)
+    sight_deg: Annotated[float, about("over the width of an image; assumed", gt=0.0, lt=150.0)] = (
+        50.0
+    )
+    samples: Annotated[int, about("rays along each side of a pixel; assumed", ge=1, le=8)] = 2
+    noise: Annotated[float, about("standard deviation in grey levels; assumed", ge=0.0)] = 1.5
     background: Annotated[
-        str, Meta(description="what stands behind the object, cluttered or plain; assumed")
+        str, about("what stands behind the object, cluttered or plain; assumed")
     ] = "cluttered"
-    clutter: Annotated[int, Meta(ge=0, description="seed of what stands about")] = 0
+    clutter: Annotated[int, about("seed of what stands about", ge=0)] = 0
 
 
 @dataclass(frozen=True)

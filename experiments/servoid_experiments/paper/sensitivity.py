@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
-from msgspec import Meta
 
 from servoid.batch import Experiment, Results, Work
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
-from servoid_experiments.design import Picture, Positive, Section, Table, Verdict, rows_of
+from servoid_experiments.design import Picture, Positive, Section, Table, Verdict, about, rows_of
 from servoid_experiments.paper import AS_ASSUMED
 from servoid_experiments.paper.servoing.settings import (
     Constants,
@@ -51,28 +50,25 @@ class Shape(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 class SensitivitySettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Runs of the paper's method at T = 10 s; numbers are halved and doubled unless listed here."""
 
-    omega: Annotated[float, Meta(gt=0, description="of the object's motion, rad/s (Sec. 5.3)")] = (
-        0.628
-    )
-    seeds: Annotated[int, Meta(ge=1, description="runs of each change")] = 1
-    base_seeds: Annotated[int, Meta(ge=2, description="runs with all constants as assumed")] = 5
+    omega: Annotated[float, about("of the object's motion, rad/s (Sec. 5.3)", gt=0)] = 0.628
+    seeds: Annotated[int, about("runs of each change", ge=1)] = 1
+    base_seeds: Annotated[int, about("runs with all constants as assumed", ge=2)] = 5
     settle_s: Settle = 2.0
-    left_out: Annotated[tuple[str, ...], Meta(description="constants that are not changed")] = (
+    left_out: Annotated[tuple[str, ...], about("constants that are not changed")] = (
         "scene.rest_s",
         "law.turn_rate_gain",
     )
-    shapes: Annotated[
-        tuple[Shape, ...], Meta(description="other ellipsoids of 90 and 45 mm, radii in m")
-    ] = (
+    shapes: Annotated[tuple[Shape, ...], about("other ellipsoids of 90 and 45 mm, radii in m")] = (
         Shape(name="long along x", radii=(0.045, 0.0225, 0.0225)),
         Shape(name="long along z", radii=(0.0225, 0.0225, 0.045)),
         Shape(name="twice as big", radii=(0.045, 0.09, 0.045)),
     )
-    backgrounds: Annotated[tuple[str, ...], Meta(description="other backgrounds")] = ("cluttered",)
-    links: Annotated[tuple[str, ...], Meta(description="other link lengths")] = ("jsi",)
-    sizes_px: Annotated[
-        tuple[tuple[int, int], ...], Meta(description="other sizes of an image")
-    ] = ((160, 120), (640, 480))
+    backgrounds: Annotated[tuple[str, ...], about("other backgrounds")] = ("cluttered",)
+    links: Annotated[tuple[str, ...], about("other link lengths")] = ("jsi",)
+    sizes_px: Annotated[tuple[tuple[int, int], ...], about("other sizes of an image")] = (
+        (160, 120),
+        (640, 480),
+    )
 
 
 def quick_sensitivity() -> SensitivitySettings:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import Struct
 from msgspec.structs import asdict
 
 from servoid._native import OneStepSettings, TrackSettings
@@ -11,7 +11,7 @@ from servoid.batch import Work
 from servoid.sim.world.objects import OBJECTS
 from servoid.track import Method
 from servoid.view.axes import DISTINCT
-from servoid_experiments.design import Count, NotNegative, Positive
+from servoid_experiments.design import Count, NotNegative, Positive, about
 from servoid_experiments.stage import EyeMode
 from servoid_experiments.sweep import Factor, Series, check_names, check_varied, varied
 from servoid_experiments.tracking.scene import Scene, Share
@@ -20,32 +20,26 @@ from servoid_experiments.tracking.trial import TRACKING, TrackCase
 WAY, HIDDEN, BASELINE = "scene.way_mm", "scene.hidden", "scene.baseline_mm"
 _GENERATIONS, _EYES = "generations", "scene.eyes"
 
-Size = Annotated[tuple[Count, Count], Meta(description="width and height of an image")]
+Size = Annotated[tuple[Count, Count], about("width and height of an image")]
 
 
 class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The case in the centre: factors that are not varied have these values."""
 
-    object: Annotated[str, Meta(description="a shipped object")] = "bottle"
-    way_mm: Annotated[
-        Positive, Meta(description="of the object's middle from one image to the next")
-    ] = 12.0
+    object: Annotated[str, about("a shipped object")] = "bottle"
+    way_mm: Annotated[Positive, about("of the object's middle from one image to the next")] = 12.0
     population: Annotated[
-        Count | None, Meta(description="hypotheses a generation; none: each tracker's default")
+        Count | None, about("hypotheses a generation; none: each tracker's default")
     ] = None
-    generations: Annotated[
-        Count | None, Meta(description="an image; none: the tracker's default")
-    ] = None
-    ellipsoids: Annotated[Count, Meta(description="of the body that is tracked")] = 5
-    noise: Annotated[
-        NotNegative, Meta(description="standard deviation of a pixel's noise in grey levels")
-    ] = 2.0
-    light: Annotated[Positive, Meta(description="what the light is multiplied by halfway")] = 1.0
-    hidden: Annotated[
-        Share, Meta(description="share of the object that is hidden in the third quarter")
-    ] = 0.0
-    baseline_mm: Annotated[Positive, Meta(description="from eye to eye")] = 120.0
-    eyes: Annotated[EyeMode, Meta(description="verged or parallel")] = EyeMode.VERGED
+    generations: Annotated[Count | None, about("an image; none: the tracker's default")] = None
+    ellipsoids: Annotated[Count, about("of the body that is tracked")] = 5
+    noise: Annotated[NotNegative, about("standard deviation of a pixel's noise in grey levels")] = (
+        2.0
+    )
+    light: Annotated[Positive, about("what the light is multiplied by halfway")] = 1.0
+    hidden: Annotated[Share, about("share of the object that is hidden in the third quarter")] = 0.0
+    baseline_mm: Annotated[Positive, about("from eye to eye")] = 120.0
+    eyes: Annotated[EyeMode, about("verged or parallel")] = EyeMode.VERGED
 
     def __post_init__(self) -> None:
         """Raise a StudyError if there is no such object."""
@@ -55,27 +49,26 @@ class CenterSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The values of each factor, which are varied one at a time; empty: not varied."""
 
-    way_mm: Annotated[tuple[Positive, ...], Meta(description="mm an image")] = (
+    way_mm: Annotated[tuple[Positive, ...], about("mm an image")] = (
         2.0, 5.0, 20.0, 30.0, 45.0, 60.0, 90.0,
     )  # fmt: skip
-    population: Annotated[tuple[Count, ...], Meta(description="hypotheses a generation")] = (
+    population: Annotated[tuple[Count, ...], about("hypotheses a generation")] = (
         8, 16, 50, 100, 200,
     )  # fmt: skip
-    generations: Annotated[tuple[Count, ...], Meta(description="an image")] = (2, 4, 8)
-    ellipsoids: Annotated[tuple[Count, ...], Meta(description="of the body")] = (1, 2, 3, 8)
-    noise: Annotated[tuple[NotNegative, ...], Meta(description="grey levels")] = (
-        0.0, 6.0, 12.0, 24.0, 48.0,
-    )  # fmt: skip
-    light: Annotated[tuple[Positive, ...], Meta(description="what it is multiplied by")] = (
+    generations: Annotated[tuple[Count, ...], about("an image")] = (2, 4, 8)
+    ellipsoids: Annotated[tuple[Count, ...], about("of the body")] = (1, 2, 3, 8)
+    noise: Annotated[tuple[NotNegative, ...], about("grey levels")] = (0.0, 6.0, 12.0, 24.0, 48.0)
+    light: Annotated[tuple[Positive, ...], about("what it is multiplied by")] = (
         0.1, 0.2, 0.4, 0.7, 1.5, 2.5,
     )  # fmt: skip
-    hidden: Annotated[tuple[Share, ...], Meta(description="share of the object")] = (
-        0.25, 0.5, 0.75, 1.0,
-    )  # fmt: skip
-    baseline_mm: Annotated[
-        tuple[Positive, ...], Meta(description="mm, with eyes of both kinds")
-    ] = (20.0, 60.0, 240.0, 400.0)
-    object: Annotated[tuple[str, ...], Meta(description="shipped objects")] = (
+    hidden: Annotated[tuple[Share, ...], about("share of the object")] = (0.25, 0.5, 0.75, 1.0)
+    baseline_mm: Annotated[tuple[Positive, ...], about("mm, with eyes of both kinds")] = (
+        20.0,
+        60.0,
+        240.0,
+        400.0,
+    )
+    object: Annotated[tuple[str, ...], about("shipped objects")] = (
         "mug", "drill", "two_ellipsoids",
     )  # fmt: skip
 
@@ -88,14 +81,12 @@ class SweepSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 class TrackStudySettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Settings of the study of tracking."""
 
-    seeds: Annotated[
-        int, Meta(ge=1, description="scenes a case: paths, rooms, noise and searches")
-    ] = 8
-    images: Annotated[int, Meta(ge=12, description="a scene")] = 48
+    seeds: Annotated[int, about("scenes a case: paths, rooms, noise and searches", ge=1)] = 8
+    images: Annotated[int, about("a scene", ge=12)] = 48
     size_px: Size = (320, 240)
     near: Annotated[
         float,
-        Meta(gt=0.0, description="ADD up to which a pose counts as right, in object diameters"),
+        about("ADD up to which a pose counts as right, in object diameters", gt=0.0),
     ] = 0.1
     center: CenterSettings = CenterSettings()
     sweep: SweepSettings = SweepSettings()

@@ -1,7 +1,6 @@
 """Renders a scene: two fixed eyes, an object that moves along a curve, and a room behind it."""
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated
 
@@ -9,7 +8,7 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
-from servoid.camera import Camera, Lens
+from servoid.camera import Lens
 from servoid.pose import Pose, looking
 from servoid.pose.exact import Floats
 from servoid.sim.world.cameras.camera_simulator import make_lens
@@ -62,22 +61,8 @@ class Scene(Struct, frozen=True, kw_only=True):
     seed: Annotated[int, Meta(ge=0)]
 
 
-@dataclass(frozen=True, eq=False)
-class Footage:
-    """The images of two eyes, and the truth, image by image.
-
-    `masks` are those of the object in the first images, (H, W) uint8.
-    """
-
-    cameras: tuple[Camera, ...]
-    world_from_cameras: tuple[Pose, ...]
-    images: tuple[Images, ...]
-    world_from_objects: tuple[Pose, ...]
-    masks: tuple[NDArray[np.uint8], ...]
-
-
 @lru_cache(maxsize=2)
-def shoot(scene: Scene) -> Footage:
+def shoot(scene: Scene) -> tuple["SetUp", tuple[Images, ...]]:
     """Render all images of a scene; recent scenes are cached, for trials that share them.
 
     Raises:
@@ -85,13 +70,7 @@ def shoot(scene: Scene) -> Footage:
 
     """
     set_up = SetUp(scene)
-    return Footage(
-        cameras=(set_up.camera,) * len(set_up.eyes),
-        world_from_cameras=set_up.eyes,
-        images=tuple(set_up.images(index) for index in range(scene.images)),
-        world_from_objects=set_up.world_from_objects,
-        masks=set_up.masks(0),
-    )
+    return set_up, tuple(set_up.images(index) for index in range(scene.images))
 
 
 def eyes_of(scene: Scene) -> tuple[Pose, ...]:

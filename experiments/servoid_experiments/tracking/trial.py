@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
-from msgspec import Meta, Struct
+from msgspec import Struct
 
 from servoid._native import (
     Body,
@@ -14,7 +14,6 @@ from servoid._native import (
     ModelSettings,
     OneStepSettings,
     OneStepTracker,
-    View,
     fit_body,
 )
 from servoid.batch import Experiment
@@ -23,9 +22,9 @@ from servoid.servo import spun_like
 from servoid.sim.accuracy import add_m
 from servoid.sim.world.objects import SPIN_AXES
 from servoid.track import Method, Tracker, TrackSettings
-from servoid_experiments.design import Count
+from servoid_experiments.design import Count, about
 from servoid_experiments.modelling.designs import around, design_of
-from servoid_experiments.tracking.scene import RATE_HZ, Footage, Scene, shoot
+from servoid_experiments.tracking.scene import RATE_HZ, Scene, SetUp, shoot
 
 VIEWS, _ELEVATIONS_DEG = 10, (12.0, 40.0, -15.0)
 _AWAY = 0.5
@@ -57,8 +56,8 @@ class TrackRow(Struct, frozen=True, kw_only=True):
     position_mm: list[float]
     turn_deg: list[float]
     add_share: list[float]
-    status: Annotated[list[str], Meta(description="tracking, searching or lost")]
-    evaluations: Annotated[float, Meta(description="poses scored an image, on average")]
+    status: Annotated[list[str], about("tracking, searching or lost")]
+    evaluations: Annotated[float, about("poses scored an image, on average")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,16 +82,16 @@ def run_track_case(case: TrackCase) -> TrackRow:
         TrackError: the first images do not show it, or a setting is out of range.
 
     """
-    footage = shoot(case.scene)
+    set_up, images = shoot(case.scene)
     known = known_of(case.scene.object, case.ellipsoids)
     axis = SPIN_AXES.get(case.scene.object)
     object_from_body = known.body.world_from_object
-    tracker = _start_tracker(case, footage, known.body)
+    tracker = _start_tracker(case, set_up, known.body)
     position_mm, turn_deg, add_share, estimates = [], [], [], []
-    for index, truth in enumerate(footage.world_from_objects[1:], 1):
+    for index, truth in enumerate(set_up.world_from_objects[1:], 1):
         if isinstance(tracker, OneStepTracker):
             tracker.set_orientation((truth @ object_from_body).quaternion)
-        estimate = tracker.step(index / RATE_HZ, footage.world_from_cameras, footage.images[index])
+        estimate = tracker.step(index / RATE_HZ, set_up.eyes, images[index])
         believed = estimate.world_from_object @ object_from_body.inverse()
         if axis is not None:
             truth = spun_like(truth, believed, np.array(axis))
@@ -114,24 +113,19 @@ def run_track_case(case: TrackCase) -> TrackRow:
 TRACKING = Experiment("tracking", run_track_case, TrackCase, TrackRow)
 
 
-def _start_tracker(case: TrackCase, footage: Footage, body: Body) -> Tracker | OneStepTracker:
+def _start_tracker(case: TrackCase, set_up: SetUp, body: Body) -> Tracker | OneStepTracker:
     """Start the tracker of a case at the object's true pose; `body` is in the object's frame."""
     seed = case.scene.seed
     if case.method is Method.PAPER:
         one_step = OneStepSettings(seed=seed, population=case.population, turns=False)
-        tracker: Tracker | OneStepTracker = OneStepTracker(footage.cameras, body, one_step)
+        tracker: Tracker | OneStepTracker = OneStepTracker((set_up.camera,) * 2, body, one_step)
     else:
         settings = TrackSettings(
             seed=seed, population=case.population, generations=case.generations
         )
-        tracker = Tracker(footage.cameras, body, settings)
-    tracker.start(
-        0.0,
-        footage.world_from_cameras,
-        footage.images[0],
-        footage.world_from_objects[0] @ body.world_from_object,
-        footage.masks,
-    )
+        tracker = Tracker((set_up.camera,) * 2, body, settings)
+    truth = set_up.world_from_objects[0] @ body.world_from_object
+    tracker.start(0.0, set_up.eyes, set_up.images(0), truth, set_up.masks(0))
     return tracker
 
 
@@ -144,10 +138,8 @@ def known_of(name: str, ellipsoids: int) -> Known:
 
     """
     design = design_of(name)
-    views = [
-        View(camera=_CAMERA, world_from_camera=pose, mask=design.mask(_CAMERA, pose))
-        for pose in around(VIEWS, 0.3, _ELEVATIONS_DEG, _AWAY, step=2.0 * np.pi / VIEWS)
-    ]
+    poses = around(VIEWS, 0.3, _ELEVATIONS_DEG, _AWAY, step=2.0 * np.pi / VIEWS)
+    views = design.views(_CAMERA, poses)
     settings = ModelSettings(max_ellipsoids=ellipsoids, delta=0.0, quick=True, threads=1)
     body = fit_body(ModelInput(views=views), settings)[-1].body
     random = np.random.default_rng(0)

@@ -4,8 +4,8 @@ from enum import Enum
 from typing import Annotated
 
 import msgspec
-from msgspec import Meta
 
+from servoid_experiments.design import about
 from servoid_experiments.paper.eye_pair import PairSettings, Triple
 from servoid_experiments.stage import EyeMode
 
@@ -25,26 +25,26 @@ class MapTrial(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     pair: PairSettings = PairSettings()
     place: Annotated[
-        Triple, Meta(description="of the object in the hand's frame, m; the paper's, Sec. 5.1")
+        Triple, about("of the object in the hand's frame, m; the paper's, Sec. 5.1")
     ] = (0.0, -0.1, 0.53)
-    middle: Annotated[
-        Triple, Meta(description="of the box of poses in the hand's frame, m; the paper's")
-    ] = (0.0, -0.09, 0.545)
-    half: Annotated[float, Meta(gt=0.0, description="half the box's side, m; the paper's")] = 0.1
+    middle: Annotated[Triple, about("of the box of poses in the hand's frame, m; the paper's")] = (
+        0.0,
+        -0.09,
+        0.545,
+    )
+    half: Annotated[float, about("half the box's side, m; the paper's", gt=0.0)] = 0.1
     count: Annotated[
-        int, Meta(ge=3, le=101, description="of poses along each side; the paper's: every 5 mm")
+        int, about("of poses along each side; the paper's: every 5 mm", ge=3, le=101)
     ] = 41
-    points: Annotated[int, Meta(ge=1, description="m, on a surface; assumed")] = 500
+    points: Annotated[int, about("m, on a surface; assumed", ge=1)] = 500
     alpha: Annotated[
         float,
-        Meta(gt=0.0, description="margin of the envelope, share of the least radius; assumed"),
+        about("margin of the envelope, share of the least radius; assumed", gt=0.0),
     ] = 0.3
     taught_shift: Annotated[
-        float, Meta(ge=0.0, description="how far off the object was when its look was learned, m")
+        float, about("how far off the object was when its look was learned, m", ge=0.0)
     ] = 0.03
-    taught_turn_deg: Annotated[
-        float, Meta(ge=0.0, description="how far it was turned then, degrees")
-    ] = 6.0
+    taught_turn_deg: Annotated[float, about("how far it was turned then, degrees", ge=0.0)] = 6.0
 
 
 class MapCase(msgspec.Struct, frozen=True, kw_only=True):

@@ -6,11 +6,10 @@ from typing import Annotated
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from msgspec.structs import replace
 
 from servoid.batch import Done, Work
-from servoid_experiments.design import Cell, Section, Table, Verdict
+from servoid_experiments.design import Cell, Section, Table, Verdict, about
 from servoid_experiments.paper import AS_ASSUMED
 from servoid_experiments.paper.maps.case import Fitness, FitnessRow, MapCase, MapRow, MapTrial
 from servoid_experiments.paper.maps.drawing import draw_map, draw_ridges
@@ -29,18 +28,16 @@ class MapSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     objects: Annotated[
         tuple[str, ...],
-        Meta(min_length=1, description="of the simulated world, made of one ellipsoid"),
+        about("of the simulated world, made of one ellipsoid", min_length=1),
     ] = ("ellipsoid", "painted_ellipsoid")
     eyes: Annotated[
         tuple[EyeMode, ...],
-        Meta(min_length=1, description="where the eyes look, the first with all seeds; assumed"),
+        about("where the eyes look, the first with all seeds; assumed", min_length=1),
     ] = (EyeMode.VERGED, EyeMode.PARALLEL)
     seeds: Annotated[
-        int, Meta(ge=1, description="pairs of each object: noise, light, and what was learned")
+        int, about("pairs of each object: noise, light, and what was learned", ge=1)
     ] = 10
-    vary: Annotated[
-        bool, Meta(description="whether assumed numbers are changed, one at a time")
-    ] = True
+    vary: Annotated[bool, about("whether assumed numbers are changed, one at a time")] = True
     trial: MapTrial = MapTrial()
 
 
@@ -170,7 +167,7 @@ def _answers(pairs: Sequence[_Pairs]) -> Table:
     for one in pairs:
         for fitness in (Fitness.REGION, Fitness.SURFACE, Fitness.FULL):
             sigma = one.sigma(fitness)
-            width = None if sigma is None else _mean(sigma.times(_AT_SHARE))
+            width = None if sigma is None else _MM * (_AT_SHARE * sigma.mean)
             errors = [_mean(one.error(fitness, axis)) for axis in range(3)]
             rows.append((*one.place, fitness.value, *errors, _mean(sigma), width))
     return Table(

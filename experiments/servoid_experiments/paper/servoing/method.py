@@ -11,7 +11,6 @@ from typing import Annotated, cast
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from msgspec.structs import replace
 
 from servoid._native import (
@@ -28,6 +27,7 @@ from servoid.servo.settings import GazeSettings, HandSettings, JointSettings
 from servoid.sim.world import World
 from servoid.track.follower import Follower, Images
 from servoid_experiments.bode.late_sight import MadeEstimate
+from servoid_experiments.design import about
 from servoid_experiments.paper.servoing.settings import Constants, Search
 
 Frame = Callable[[], Pose]
@@ -47,39 +47,37 @@ class Method(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     tracker: Annotated[
         TrackerKind,
-        Meta(
-            description="points or region for the 1-step genetic algorithm, or servoid's own "
+        about(
+            "points or region for the 1-step genetic algorithm, or servoid's own "
             "tracker, which finds out for itself how the object is turned"
         ),
     ] = TrackerKind.POINTS
     surface: Annotated[
         bool,
-        Meta(description="let servoid's tracker use the look of the surface, beside outlines"),
+        about("let servoid's tracker use the look of the surface, beside outlines"),
     ] = False
     in_hand: Annotated[
         bool,
-        Meta(
-            description="let the genetic algorithm's population live in the hand's frame, in "
+        about(
+            "let the genetic algorithm's population live in the hand's frame, in "
             "which the paper's equation 9 has the object, or in the world"
         ),
     ] = True
     stamped: Annotated[
         bool,
-        Meta(
-            description="take the object for where it was when its image was taken, or for now "
+        about(
+            "take the object for where it was when its image was taken, or for now "
             "as far before the hand as it was then: the paper does not speak of time stamps"
         ),
     ] = False
-    filtered: Annotated[
-        bool, Meta(description="filter estimates and move them ahead by their age")
-    ] = False
-    feed_forward: Annotated[
-        bool, Meta(description="add the target's velocity to that of hand and eyes")
-    ] = False
+    filtered: Annotated[bool, about("filter estimates and move them ahead by their age")] = False
+    feed_forward: Annotated[bool, about("add the target's velocity to that of hand and eyes")] = (
+        False
+    )
     turn_told: Annotated[
-        bool, Meta(description="give servoing the object's true orientation, as the paper does")
+        bool, about("give servoing the object's true orientation, as the paper does")
     ] = True
-    qp: Annotated[bool, Meta(description="joint speeds by a QP, not by the paper's law")] = False
+    qp: Annotated[bool, about("joint speeds by a QP, not by the paper's law")] = False
 
 
 _ANY = 1e3  # m/s and rad/s

@@ -1,5 +1,6 @@
 """Figures of the paper's servoing: time courses as in the paper, and the effect of each change."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -22,32 +23,24 @@ _LEAST_MM = 5.0  # half the height of a panel across the motion
 _AXES = "xyz"
 
 
-@dataclass(frozen=True)
-class Column:
-    """A column of panels: its heading, the courses of one run, and the duration shown."""
-
-    heading: str
-    courses: Courses
-    until_s: float | None = None
-
-    @property
-    def last_s(self) -> float:
-        """Return the last second shown."""
-        last_s = self.courses.seconds[-1]
-        return last_s if self.until_s is None else min(last_s, self.until_s)
+Column = tuple[str, Courses]
+"""A column of panels: its heading, and the courses of one run."""
 
 
-def draw_courses(columns: Sequence[Column], name: str, caption: str) -> Picture:
+def draw_courses(
+    columns: Sequence[Column], name: str, caption: str, until_s: float = math.inf
+) -> Picture:
     """Draw x, y and z of target, recognition and hand over time, a column for each run."""
     figure = new_figure(9.6, 6.6)
     panels = figure.subplots(3, len(columns), sharey="row", sharex="col", squeeze=False)
-    across = max(_LEAST_MM, *(_greatest(one.courses, axis) for one in columns for axis in "yz"))
-    for place, one in enumerate(columns):
+    across = max(_LEAST_MM, *(_greatest(one, axis) for _, one in columns for axis in "yz"))
+    for place, (heading, courses) in enumerate(columns):
         for axes, axis in zip(panels[:, place], _AXES, strict=True):
-            _draw_along(axes, one, axis)
+            _draw_along(axes, courses, axis)
+            axes.set_xlim(0.0, min(courses.seconds[-1], until_s))
             if axis != "x":
                 axes.set_ylim(-across, across)
-        panels[0, place].set_title(one.heading, loc="left", color=INK, fontsize=11)
+        panels[0, place].set_title(heading, loc="left", color=INK, fontsize=11)
         panels[-1, place].set_xlabel("seconds since the object moves", color=INK, fontsize=10)
     for axes, axis in zip(panels[:, 0], _AXES, strict=True):
         axes.set_ylabel(f"{axis} in M0 [mm]", color=INK, fontsize=10)
@@ -61,14 +54,14 @@ def draw_courses(columns: Sequence[Column], name: str, caption: str) -> Picture:
     keys = Courses.__struct_fields__
     head = ("run", *(key if key == "seconds" else f"{key}_m" for key in keys))
     rows = [
-        (one.heading, *instant)
-        for one in columns
-        for instant in zip(*(getattr(one.courses, key) for key in keys), strict=True)
+        (heading, *instant)
+        for heading, courses in columns
+        for instant in zip(*(getattr(courses, key) for key in keys), strict=True)
     ]
     return Picture(name, caption, png(figure), Table(name, head, rows))
 
 
-def _draw_along(axes: "Axes", one: Column, axis: str) -> None:
+def _draw_along(axes: "Axes", courses: Courses, axis: str) -> None:
     """Draw the three courses along an axis."""
     lines = (
         ("seen", _SEEN, "-", 1.1, "recognised"),
@@ -76,9 +69,8 @@ def _draw_along(axes: "Axes", one: Column, axis: str) -> None:
         ("target", INK, "--", 1.1, "target"),
     )
     for what, color, style, width, label in lines:
-        values = 1000.0 * one.courses.along(what, axis)
-        axes.plot(one.courses.seconds, values, style, color=color, linewidth=width, label=label)
-    axes.set_xlim(0.0, one.last_s)
+        values = 1000.0 * courses.along(what, axis)
+        axes.plot(courses.seconds, values, style, color=color, linewidth=width, label=label)
     dress(axes)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from servoid.batch import Results
 from servoid_experiments.design import Cell, Picture, Section, Table, Verdict, rows_of
 from servoid_experiments.paper.servoing.followed import Followed
-from servoid_experiments.paper.servoing.plots import Bar, Column, draw_changes, draw_courses
+from servoid_experiments.paper.servoing.plots import Bar, draw_changes, draw_courses
 from servoid_experiments.paper.servoing.runs import (
     ADDED,
     ALONE,
@@ -117,7 +117,7 @@ def _table(found: _Rows) -> Table:
 
 def _paper_section(settings: ServoingSettings, found: _Rows) -> Section:
     columns = [
-        Column(f"{period(omega)}, the paper's method", found[name][0].followed.courses)
+        (f"{period(omega)}, the paper's method", found[name][0].followed.courses)
         for omega, name in zip(settings.omegas, (SLOW, FAST), strict=True)
     ]
     caption = (
@@ -192,9 +192,9 @@ def _beside(found: _Rows) -> Picture:
     courses = [found[name][0].followed.courses for name in (FAST, BEST_NAME)]
     until_s = min(one.seconds[-1] for one in courses)
     names = ("the paper's method", "servoid's method")
-    columns = [Column(name, one, until_s) for name, one in zip(names, courses, strict=True)]
+    columns = list(zip(names, courses, strict=True))
     caption = "The fast motion as the paper's method and as servoid's follow it, drawn as above."
-    return draw_courses(columns, "servoing_best", caption)
+    return draw_courses(columns, "servoing_best", caption, until_s)
 
 
 def _improvement_findings(found: _Rows) -> dict[str, Verdict]:
@@ -230,7 +230,7 @@ def _future_section(
     if unknown:
         kinds = list(unknown)
         columns = [
-            Column(f"{kind.replace('_', ' ')}, nothing given", unknown[kind][0].followed.courses)
+            (f"{kind.replace('_', ' ')}, nothing given", unknown[kind][0].followed.courses)
             for kind in (kinds[0], kinds[-1])
         ]
         caption = (

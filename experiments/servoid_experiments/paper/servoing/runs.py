@@ -4,11 +4,10 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 import msgspec
-from msgspec import Meta
 from msgspec.structs import replace
 
 from servoid.batch import Work
-from servoid_experiments.design import Count
+from servoid_experiments.design import Count, about
 from servoid_experiments.paper.servoing.method import Method, TrackerKind
 from servoid_experiments.paper.servoing.settings import Constants, Place, Settle, with_constant
 from servoid_experiments.paper.servoing.trial import SERVOING, ServoingCase
@@ -91,18 +90,17 @@ OTHERS = (
 class UnknownSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Runs with servoid's method in which only the object's first mask is given."""
 
-    objects: Annotated[
-        tuple[str, ...], Meta(description="with a pattern, which the surface term follows")
-    ] = ("painted_ellipsoid", "bottle", "mug")
-    plain_objects: Annotated[
-        tuple[str, ...], Meta(description="of one colour, followed by their outlines alone")
-    ] = ("two_ellipsoids",)
-    ellipsoids: Annotated[int, Meta(ge=1, description="at most, of a body")] = 5
-    seeds: Annotated[Count, Meta(description="runs of each object")] = 2
-    size_px: Annotated[tuple[int, int], Meta(description="width and height of an image")] = (
-        480,
-        360,
+    objects: Annotated[tuple[str, ...], about("with a pattern, which the surface term follows")] = (
+        "painted_ellipsoid",
+        "bottle",
+        "mug",
     )
+    plain_objects: Annotated[
+        tuple[str, ...], about("of one colour, followed by their outlines alone")
+    ] = ("two_ellipsoids",)
+    ellipsoids: Annotated[int, about("at most, of a body", ge=1)] = 5
+    seeds: Annotated[Count, about("runs of each object")] = 2
+    size_px: Annotated[tuple[int, int], about("width and height of an image")] = (480, 360)
     settle_s: Settle = 3.0
 
 
@@ -111,24 +109,20 @@ class ServoingSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 
     omegas: Annotated[
         tuple[float, float],
-        Meta(description="of the object's slow and its fast motion, rad/s (Sec. 5.3)"),
+        about("of the object's slow and its fast motion, rad/s (Sec. 5.3)"),
     ] = (0.209, 0.628)
     constants: Constants = Constants()
-    seeds: Annotated[Count, Meta(description="runs of the paper's method at either speed")] = 5
+    seeds: Annotated[Count, about("runs of the paper's method at either speed")] = 5
     periods: Annotated[
-        tuple[Count, Count], Meta(description="that are measured of the slow and the fast motion")
+        tuple[Count, Count], about("that are measured of the slow and the fast motion")
     ] = (1, 3)
     settle_s: Settle = 5.0
     other_seeds: Annotated[
-        Count, Meta(description="runs with the other of the paper's two statements of the start")
+        Count, about("runs with the other of the paper's two statements of the start")
     ] = 2
-    reading_seeds: Annotated[
-        Count, Meta(description="runs of each other reading of the paper's method")
-    ] = 3
-    cure_seeds: Annotated[Count, Meta(description="runs of each change")] = 3
-    cure_settle_s: Annotated[
-        float, Meta(ge=0, description="of their motion that is not measured, s")
-    ] = 3.0
+    reading_seeds: Annotated[Count, about("runs of each other reading of the paper's method")] = 3
+    cure_seeds: Annotated[Count, about("runs of each change")] = 3
+    cure_settle_s: Annotated[float, about("of their motion that is not measured, s", ge=0)] = 3.0
     unknown: UnknownSettings = UnknownSettings()
 
 

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 
 from servoid.batch import Experiment
 from servoid.pose import Pose
@@ -15,6 +14,7 @@ from servoid.pose.exact import Floats
 from servoid.sim.trial.servoing import ServoTrial, run_servo_trial
 from servoid.sim.trial.settings import RunSettings, TrackingSettings, TrialSettings
 from servoid.sim.world import CameraSettings, ObjectSettings, WorldSettings
+from servoid_experiments.design import about
 from servoid_experiments.paper.servoing.followed import Followed, Track, followed
 from servoid_experiments.paper.servoing.settings import Omega, Periods, Settle
 
@@ -24,10 +24,10 @@ class UnknownCase(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     object: str
     seed: int
-    ellipsoids: Annotated[int, Meta(ge=1, description="at most, of the object's body")]
-    surface: Annotated[bool, Meta(description="track by the look of the surface, too")]
+    ellipsoids: Annotated[int, about("at most, of the object's body", ge=1)]
+    surface: Annotated[bool, about("track by the look of the surface, too")]
     omega: Omega
-    amplitude: Annotated[float, Meta(gt=0, description="half of the object's way, m")]
+    amplitude: Annotated[float, about("half of the object's way, m", gt=0)]
     settle_s: Settle
     periods: Periods
     size_px: tuple[int, int]

@@ -8,6 +8,7 @@ import numpy as np
 from servoid._native import Body, Pose
 from servoid.pose.exact import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid.view.model.contact_sheet import outline_points
 from servoid_experiments.design import Picture, Table
 from servoid_experiments.metrics import shape_matrices
 from servoid_experiments.paper.eye_pair import EyePair, paper_hand, true_body
@@ -36,7 +37,6 @@ _MODEL = DISTINCT[0]
 _AROUND_PX = 30
 _SIDES = ((0, 2, "x", "z"), (2, 1, "z", "y"))
 _SIDE_ORDER = "seen from above", "seen from the side"
-_ANGLES = np.linspace(0.0, 2.0 * np.pi, 121)
 
 
 def draw_models(shown: Sequence[tuple[TwoCase, TwoRow]]) -> Picture:
@@ -142,10 +142,9 @@ def _in_hand(body: Body) -> tuple[Floats, Floats]:
 
 def _ellipse(center: Floats, spread: Floats) -> tuple[Floats, Floats]:
     """Return the edge of the ellipse with a centre (2,) and a shape matrix (2, 2)."""
-    values, vectors = np.linalg.eigh(spread)
-    unit = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
-    edge = center[:, None] + vectors @ (np.sqrt(np.maximum(values, 0.0))[:, None] * unit)
-    return edge[0], edge[1]
+    edge = outline_points(center, spread, 120)
+    right, up = np.vstack([edge, edge[:1]]).T
+    return right, up
 
 
 def _dots(panel: "Axes", values: Mapping[Procedure, Sequence[float]], label: str) -> None:

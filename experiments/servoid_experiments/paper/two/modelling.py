@@ -7,7 +7,6 @@ from typing import Annotated
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from numpy.typing import NDArray
 
 from servoid._native import (
@@ -26,6 +25,7 @@ from servoid.model import RangeSamples
 from servoid.model.range_samples import NO_RANGE_SAMPLES, range_samples_of_depth
 from servoid.segment.hue import hue_window, match_image
 from servoid.stereo import stereo_depth
+from servoid_experiments.design import about
 from servoid_experiments.metrics import centroid, nearest_parts, shape_matrices, volume_iou
 from servoid_experiments.paper.eye_pair import (
     EyePair,
@@ -56,29 +56,27 @@ class TwoTrial(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """How the object is seen and modelled."""
 
     pair: PairSettings = PairSettings(samples=1, background="plain")
-    eyes: Annotated[EyeMode, Meta(description="where the eyes look; assumed")] = EyeMode.VERGED
+    eyes: Annotated[EyeMode, about("where the eyes look; assumed")] = EyeMode.VERGED
     place: Annotated[
-        Triple, Meta(description="of the object in the hand's frame, m; as in Sec. 5.1, assumed")
+        Triple, about("of the object in the hand's frame, m; as in Sec. 5.1, assumed")
     ] = (0.0, -0.1, 0.53)
-    spread: Annotated[
-        float, Meta(ge=0.0, description="how far off it lies at random along each axis, m")
-    ] = 0.03
-    ellipsoids: Annotated[int, Meta(ge=1, description="of the model; the paper's")] = 3
-    points: Annotated[int, Meta(ge=1, description="m, on a surface; assumed")] = 500
+    spread: Annotated[float, about("how far off it lies at random along each axis, m", ge=0.0)] = (
+        0.03
+    )
+    ellipsoids: Annotated[int, about("of the model; the paper's", ge=1)] = 3
+    points: Annotated[int, about("m, on a surface; assumed", ge=1)] = 500
     alpha: Annotated[
         float,
-        Meta(gt=0.0, description="margin of the envelope, share of the least radius; assumed"),
+        about("margin of the envelope, share of the least radius; assumed", gt=0.0),
     ] = 0.3
-    population: Annotated[int, Meta(ge=8, description="individuals; assumed")] = 100
-    generations: Annotated[int, Meta(ge=1, description="for each ellipsoid; assumed")] = 300
+    population: Annotated[int, about("individuals; assumed", ge=8)] = 100
+    generations: Annotated[int, about("for each ellipsoid; assumed", ge=1)] = 300
     depth_noise: Annotated[
-        float, Meta(ge=0.0, description="of a depth camera, share of the depth; assumed")
+        float, about("of a depth camera, share of the depth; assumed", ge=0.0)
     ] = 0.005
     looks_deg: Annotated[
         tuple[tuple[float, float], ...],
-        Meta(
-            description="further places to look from, turned about the object to the right and up"
-        ),
+        about("further places to look from, turned about the object to the right and up"),
     ] = ((55.0, 0.0), (-55.0, 0.0), (0.0, 45.0))
 
 

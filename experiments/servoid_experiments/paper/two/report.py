@@ -5,11 +5,10 @@ from typing import Annotated
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from msgspec.structs import replace
 
 from servoid.batch import Done, Work
-from servoid_experiments.design import Cell, Section, Table, Verdict
+from servoid_experiments.design import Cell, Section, Table, Verdict, about
 from servoid_experiments.paper import AS_ASSUMED
 from servoid_experiments.paper.two.drawing import draw_errors, draw_models
 from servoid_experiments.paper.two.modelling import (
@@ -53,21 +52,16 @@ class TwoSettings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     procedures: Annotated[
         tuple[Procedure, ...],
-        Meta(
-            min_length=1,
-            description="paper: the paper's own; servoid's with pair: silhouettes of the pair; "
+        about(
+            "paper: the paper's own; servoid's with pair: silhouettes of the pair; "
             "stereo: and its measured depth; depth: and a depth camera; looks: four pairs",
+            min_length=1,
         ),
     ] = tuple(Procedure)
-    seeds: Annotated[
-        int, Meta(ge=1, description="trials of each: noise, light, place and search")
-    ] = 30
+    seeds: Annotated[int, about("trials of each: noise, light, place and search", ge=1)] = 30
     vary_seeds: Annotated[
         int,
-        Meta(
-            ge=0,
-            description="trials of the paper's procedure with each assumed number changed; 0: none",
-        ),
+        about("trials of the paper's procedure with each assumed number changed; 0: none", ge=0),
     ] = 5
     trial: TwoTrial = TwoTrial()
 

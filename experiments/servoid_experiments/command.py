@@ -77,12 +77,9 @@ def study(
 
     [bold]servoid study bode --config bode.toml --out results --workers 8[/bold]
     """
-    from servoid_experiments.studying import Order, print_study_settings, run_order
+    from servoid_experiments.studying import print_study_settings, run_named_study
 
-    order = Order(
-        name=name.value, out=out, config=config, quick=quick, workers=workers, cluster=cluster
-    )
     if print_config:
-        print_study_settings(order)
+        print_study_settings(name.value, config, quick=quick)
     else:
-        run_order(order)
+        run_named_study(name.value, out, config, quick=quick, workers=workers, cluster=cluster)

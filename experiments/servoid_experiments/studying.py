@@ -1,7 +1,6 @@
 """`servoid study`: runs a study, shows its progress, and prints the verdicts."""
 
 import textwrap
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,58 +20,55 @@ _EXTRAS = {"matplotlib": "view", "pyarrow": "batch", "mujoco": "sim", "daqp": "s
 _WIDTH = 80
 
 
-@dataclass(frozen=True, kw_only=True)
-class Order:
-    """The arguments of `servoid study`."""
-
-    name: str
-    out: Path | None
-    config: Path | None
-    quick: bool
-    workers: int | None
-    cluster: str | None
-
-    def settings(self, study: Study[Any]) -> msgspec.Struct:
-        """Return the selected settings.
-
-        Raises:
-            OptionError: both a file and `--quick` are given.
-            StudyError: the file cannot be read.
-
-        """
-        if self.config is None:
-            return study.quick if self.quick else study.settings()
-        if self.quick:
-            raise OptionError(
-                "a file of settings and --quick are both given; leave one of them out, or start "
-                f"your file from 'servoid study {self.name} --quick --print-config'"
-            )
-        return read_study_settings(study, self.config)
-
-
-def print_study_settings(order: Order) -> None:
+def print_study_settings(name: str, config: Path | None, *, quick: bool) -> None:
     """Print all settings as commented TOML."""
-    typer.echo(settings_toml(order.settings(study_named(order.name))), nl=False)
+    typer.echo(settings_toml(_settings(study_named(name), config, quick=quick)), nl=False)
 
 
-def run_order(order: Order) -> None:
-    """Run a study, and print a summary."""
-    if order.out is None:
+def run_named_study(
+    name: str,
+    out: Path | None,
+    config: Path | None,
+    *,
+    quick: bool,
+    workers: int | None,
+    cluster: str | None,
+) -> None:
+    """Run a study, and print a summary; the arguments are the options of `servoid study`."""
+    if out is None:
         raise typer.BadParameter(
             "nothing says where the results are to be written; give a folder, such as results",
             param_hint="--out",
         )
     check_extras("servoid study", _EXTRAS)
-    study = study_named(order.name)
-    settings = order.settings(study)
+    study = study_named(name)
+    settings = _settings(study, config, quick=quick)
     with of_options():
-        workers = workers_for(order.workers, order.cluster)
-    check_folder(order.out, parents=True)
-    make_folder(order.out, parents=True)
-    folder = order.out / study.name
-    with watched_batch(f"study {study.name}, {workers.words}") as show:
-        report = run_study(study, settings, folder, workers=workers, watch=show)
+        pool = workers_for(workers, cluster)
+    check_folder(out, parents=True)
+    make_folder(out, parents=True)
+    folder = out / study.name
+    with watched_batch(f"study {study.name}, {pool.words}") as show:
+        report = run_study(study, settings, folder, workers=pool, watch=show)
     _print_report(study, report, folder)
+
+
+def _settings(study: Study[Any], config: Path | None, *, quick: bool) -> msgspec.Struct:
+    """Return the selected settings.
+
+    Raises:
+        OptionError: both a file and `--quick` are given.
+        StudyError: the file cannot be read.
+
+    """
+    if config is None:
+        return study.quick if quick else study.settings()
+    if quick:
+        raise OptionError(
+            "a file of settings and --quick are both given; leave one of them out, or start "
+            f"your file from 'servoid study {study.name} --quick --print-config'"
+        )
+    return read_study_settings(study, config)
 
 
 def _print_report(study: Study[Any], report: StudyReport, folder: Path) -> None:

@@ -7,7 +7,7 @@ from servoid.pose import Pose
 from servoid.servo import Controller
 from servoid.servo.law.moving import change_between
 from servoid.source import Source
-from servoid_experiments.bode.late_sight import LateSource, Reader, Sight, image_of, pose_of
+from servoid_experiments.bode.late_sight import LateSensor, Sight
 from servoid_experiments.bode.margin import (
     DELAYS_S,
     FIXED_EYES,
@@ -37,22 +37,16 @@ def stable(
     return is_stable(errors_after_step(case(loop, latency_s, rate_hz), factor, unknown_s))
 
 
-def test_a_pose_comes_back_out_of_its_image() -> None:
-    image = image_of(OBJECT)
-    assert image.dtype == np.uint8 and image.ndim == 2
-    np.testing.assert_array_equal(pose_of(image).matrix(), OBJECT.matrix())
-
-
 def seen(sight: Sight, seconds: float = 1.0) -> list[tuple[float, float, np.ndarray]]:
     """Turn joints, and list when each pose arrived, its stamp, and how far it is off."""
     arm = start_arm(SERVOID)
-    source, reader = LateSource(arm, lambda _: OBJECT, sight), Reader(1e-4, 1e-3)
-    assert isinstance(source, Source)
+    sensor = LateSensor(arm, lambda _: OBJECT, sight, (1e-4, 1e-3))
+    assert isinstance(sensor, Source)
     found = []
     while arm.time_s < seconds:
-        instant = source.newest()
+        instant = sensor.newest()
         if instant is not None:
-            estimate = reader.step(instant.time_s, instant.world_from_camera, instant.images)
+            estimate = sensor.step(instant.time_s, instant.world_from_camera, instant.images)
             off = change_between(OBJECT, estimate.world_from_object)
             found.append((arm.time_s, instant.time_s, off))
         arm.command(TURNING)

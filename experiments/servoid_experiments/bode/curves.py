@@ -30,9 +30,9 @@ HALF_POWER = 2.0**-0.5
 
 @dataclass(frozen=True, eq=False)
 class Bode:
-    """A signal's response along an axis: `hz` (L,), amplitude ratios, and phases in degrees, (n, L).
+    """A signal's response along an axis in n runs, at frequencies `hz` (L,).
 
-    They are those of n runs; a negative phase is a lag.
+    Amplitude ratios and phases in degrees are (n, L); a negative phase is a lag.
     """
 
     hz: Floats

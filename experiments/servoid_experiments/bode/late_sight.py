@@ -17,7 +17,7 @@ from servoid.source import Instant
 Course = Callable[[float], Pose]
 Images = Sequence[NDArray[np.uint8] | None]
 
-_NUMBERS = 7  # of a pose
+_EMPTY = np.zeros((16, 16), np.uint8)
 _CLOSE_S = 1e-9
 _REMEMBERED_S = 2.0
 
@@ -60,19 +60,28 @@ class MadeEstimate:
     seconds: dict[str, float] = field(default_factory=dict)
 
 
-class LateSource:
-    """Implements `servoid.source.Source`: each camera's image is the object's pose in its frame.
+class LateSensor:
+    """Measures the object's pose in the first camera's frame, and delivers it late.
 
-    Request the newest in each control period, since the joints' path is recorded there.
+    It is a `servoid.source.Source` whose images are empty, and a `servoid.track.Follower` except
+    for the type of its estimates. Request the newest in each control period, since the joints' path
+    is recorded there.
     """
 
-    def __init__(self, arm: SerialArm, course: Course, sight: Sight) -> None:
-        """Take an arm at its start time; `course` returns `world_from_object`."""
+    def __init__(
+        self, arm: SerialArm, course: Course, sight: Sight, sigmas: tuple[float, float]
+    ) -> None:
+        """Take an arm at its start time; `course` returns `world_from_object`.
+
+        `sigmas` are the standard deviations that it reports, in m and in rad.
+        """
         self._arm, self._course, self._sight = arm, course, sight
+        self._covariance = np.diag(np.repeat(sigmas, 3) ** 2)
         self._went: deque[tuple[float, Floats]] = deque(
             maxlen=math.ceil((_REMEMBERED_S + sight.delay_s) / arm.period_s)
         )
         self._next = 0
+        self._camera_from_object = Pose.identity()
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
@@ -93,13 +102,10 @@ class LateSource:
         return None if found is None else self._seen(*found)
 
     def _seen(self, index: int, taken_s: float) -> Instant:
-        world_from_object = self._course(taken_s)
-        images = tuple(
-            image_of(world_from_camera.inverse() @ world_from_object)
-            for world_from_camera in self._cameras_at(taken_s)
-        )
+        first_camera = self._cameras_at(taken_s)[0]
+        self._camera_from_object = first_camera.inverse() @ self._course(taken_s)
         stamp_s = taken_s + self._sight.unknown_s
-        return Instant(index, stamp_s, self._cameras_at(stamp_s), images)
+        return Instant(index, stamp_s, self._cameras_at(stamp_s), (_EMPTY, _EMPTY))
 
     def _cameras_at(self, time_s: float) -> tuple[Pose, ...]:
         """Return the cameras' poses, interpolated between two control periods."""
@@ -110,17 +116,6 @@ class LateSource:
                 return self._arm.world_from_cameras((1.0 - share) * start + share * end)
             end_s, end = start_s, start
         return self._arm.world_from_cameras(end)
-
-
-class Reader:
-    """Reads the pose that the first camera's image encodes.
-
-    It is a `servoid.track.Follower` except for the type of its estimates. `linear_sigma` in m and
-    `angular_sigma` in rad are the standard deviations that it reports.
-    """
-
-    def __init__(self, linear_sigma: float, angular_sigma: float) -> None:
-        self._covariance = np.diag(np.repeat([linear_sigma, angular_sigma], 3) ** 2)
 
     def start(
         self,
@@ -134,23 +129,11 @@ class Reader:
         return MadeEstimate(time_s, world_from_object, self._covariance)
 
     def step(
-        self, time_s: float, world_from_camera: Sequence[Pose], images: Images
+        self,
+        time_s: float,
+        world_from_camera: Sequence[Pose],
+        images: Images,  # noqa: ARG002
     ) -> MadeEstimate:
         """Return the object's pose, assuming that the camera is at its reported pose."""
-        image = images[0]
-        if image is None:
-            raise ValueError("the first camera delivered no image; a LateSource always does")
-        pose = world_from_camera[0] @ pose_of(image)
+        pose = world_from_camera[0] @ self._camera_from_object
         return MadeEstimate(time_s, pose, self._covariance)
-
-
-def image_of(pose: Pose) -> NDArray[np.uint8]:
-    """Encode a pose as an image (1, 56) uint8, which only `pose_of` can decode."""
-    numbers = np.array([*pose.quaternion, *pose.translation])
-    return numbers.view(np.uint8)[None]
-
-
-def pose_of(image: NDArray[np.uint8]) -> Pose:
-    """Decode the pose in an image."""
-    numbers = np.ascontiguousarray(image).reshape(-1).view(np.float64)
-    return Pose.from_parts(numbers[4:_NUMBERS].tolist(), numbers[:4].tolist())

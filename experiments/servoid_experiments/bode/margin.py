@@ -18,7 +18,7 @@ from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 from servoid.sim.world import BEFORE_HAND, PhysicsSettings
 from servoid.track import Follower
-from servoid_experiments.bode.late_sight import LateSource, Reader, Sight
+from servoid_experiments.bode.late_sight import LateSensor, Sight
 from servoid_experiments.design import about
 
 GOAL_FROM_OBJECT = Pose.from_parts(BEFORE_HAND, [1.0, 0.0, 0.0, 0.0])
@@ -37,7 +37,7 @@ _GROWN = 100.0  # steps: a larger error ends the run early
 _GONE, _GONE_S = 1e-2, 0.5  # steps, and for how long: a smaller error has decayed
 _HALVINGS = 4  # bisections of the octave in which stability ends
 _PERIOD_S = PhysicsSettings().period_s
-_SIGMA = (0.0002, 0.003)  # m and rad: as the tracker reports for small images, in the other part
+_SIGMAS = (0.0002, 0.003)  # m and rad: as the tracker reports for small images, in the other part
 _JERKS = ("linear_jerk", "angular_jerk", "gliding_jerk", "rolling_jerk")
 _NO_REST = 1e2  # m per root s: so large that the target always counts as moving
 
@@ -180,14 +180,14 @@ def errors_after_step(case: MarginCase, factor: float, unknown_s: float) -> Floa
     known_s = case.latency_s if case.loop.stamped else 0.0
     sight = Sight(case.rate_hz, known_s, case.latency_s - known_s + unknown_s)
     steps_s = _REST_S + sight.delay_s
-    source = LateSource(arm, lambda time_s: home if time_s < steps_s else beside, sight)
+    sensor = LateSensor(arm, lambda time_s: home if time_s < steps_s else beside, sight, _SIGMAS)
     oldest_s = sight.delay_s + 3.0 / case.rate_hz
     controller = Controller(arm, loop_settings(case.loop, factor, oldest_s))
     gone = round(_GONE_S / _PERIOD_S)
     errors: list[Floats] = []
-    # Only the core makes estimates of its own type; the reader here uses only these fields.
-    tracker = cast(Follower, Reader(*_SIGMA))
-    for tick in servo(arm, source, tracker, controller, lambda _: GOAL_FROM_OBJECT):
+    # Only the core makes estimates of its own type; servoing uses only these fields.
+    tracker = cast(Follower, sensor)
+    for tick in servo(arm, sensor, tracker, controller, lambda _: GOAL_FROM_OBJECT):
         since = tick.state.time_s - steps_s
         if since < 0.0:
             continue

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from servoid.pose.exact import Floats
-from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid.view.axes import DISTINCT, new_figure, png
 from servoid.view.page import INK
 from servoid_experiments.bode.response import ResponseRow
+from servoid_experiments.drawing import dress_across, legend_below
 from servoid_experiments.stats import Spread, over
 
 if TYPE_CHECKING:
@@ -139,10 +140,8 @@ def bode_png(title: str, curves: Mapping[str, Mapping[str, Bode]]) -> bytes:
         below.set_xlabel("frequency [Hz]", color=INK, fontsize=10.5)
     _name_axes(panels[0, 0], panels[1, 0])
     for axes in panels.flat:
-        dress(axes)
-        axes.grid(axis="x", color="#e6e6e6", linewidth=0.8)
-    handles, names = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=2, frameon=False, fontsize=10)
+        dress_across(axes)
+    legend_below(figure, *panels[0, 0].get_legend_handles_labels(), columns=2)
     return png(figure)
 
 

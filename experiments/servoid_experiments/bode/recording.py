@@ -1,7 +1,5 @@
 """Records object, hand, gaze and recognition in a run, along the object's initial axes."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from servoid.pose import Pose
@@ -15,19 +13,8 @@ _NO_LIMITS = {Reason.UNSEEN, Reason.AWAY}  # reported while the arm moves as usu
 _PARALLEL = 1e-3  # lines of sight whose slopes differ by less do not intersect
 
 
-@dataclass(eq=False)
-class Course:
-    """Positions over time: seconds since the path began (T,), true and reported ones (T, 3), m."""
-
-    times: list[float] = field(default_factory=list)
-    truth: list[Floats] = field(default_factory=list)
-    reported: list[Floats] = field(default_factory=list)
-
-    def add(self, time_s: float, truth: Floats, reported: Floats) -> None:
-        """Record an instant."""
-        self.times.append(time_s)
-        self.truth.append(truth)
-        self.reported.append(reported)
+Course = list[tuple[float, Floats, Floats]]
+"""Seconds since the path began, and the true and the reported position then, (3,) in m each."""
 
 
 class RunRecorder:
@@ -44,7 +31,8 @@ class RunRecorder:
         self._began_s = world.time_s
         self._known: Floats | None = None
         self._last: Command | None = None
-        self.courses = {name: Course() for name in ("seen", "known", "predicted", "gaze", "hand")}
+        names = ("seen", "known", "predicted", "gaze", "hand")
+        self.courses: dict[str, Course] = {name: [] for name in names}
         self.held_s = 0.0
         self.joint_speed_share, self.joint_acceleration_share = 0.0, 0.0
         self.limited = 0
@@ -57,7 +45,7 @@ class RunRecorder:
                 self._known = found
             if counts:
                 time_s = tick.instant.time_s
-                self.courses["seen"].add(time_s - self._began_s, self._truth(time_s), found)
+                self._add("seen", time_s, found)
         if counts:
             self._keep(tick)
         self._last = tick.command
@@ -67,23 +55,20 @@ class RunRecorder:
         arm = self._world.arm
         if command.holding:
             self.held_s += arm.period_s
-        truth = self._truth(time_s)
-        hand = arm.world_from_hand(tick.state.positions)
-        reported = {
-            "known": self._known,
-            "predicted": (
-                None
-                if command.world_from_object is None
-                else self._body_place(command.world_from_object)
-            ),
-            "gaze": self._gaze(tick.state.positions, truth),
-            "hand": self._place(np.array(hand.translation)),
-        }
-        for name, place in reported.items():
-            if place is not None:
-                self.courses[name].add(time_s - self._began_s, truth, place)
+        believed = command.world_from_object
+        predicted = None if believed is None else self._body_place(believed)
+        hand = np.array(arm.world_from_hand(tick.state.positions).translation)
+        self._add("known", time_s, self._known)
+        self._add("predicted", time_s, predicted)
+        self._add("gaze", time_s, self._gaze(tick.state.positions, self._truth(time_s)))
+        self._add("hand", time_s, self._place(hand))
         if self._last is not None:
             self._watch_limits(command, self._last)
+
+    def _add(self, name: str, time_s: float, place: Floats | None) -> None:
+        """Record where a signal is at a time, if that is known."""
+        if place is not None:
+            self.courses[name].append((time_s - self._began_s, self._truth(time_s), place))
 
     def _watch_limits(self, command: Command, last: Command) -> None:
         """Record the used share of the limits of joints and hand."""
@@ -113,20 +98,15 @@ class RunRecorder:
         averaged over both eyes. In depth, it is where the axes intersect as seen from above, or the
         object's depth if they do not.
         """
-        places, slopes = [], []
-        for pose in self._world.arm.world_from_cameras(positions):
-            eye = self._start_from_world @ pose
-            axis = eye.matrix()[:3, 2]
-            place = np.array(eye.translation)
-            slopes.append(axis[:2] / axis[2])
-            places.append(place)
-        pierced = [
-            place[:2] + (truth[2] - place[2]) * slope
-            for place, slope in zip(places, slopes, strict=True)
+        eyes = [
+            self._start_from_world @ pose for pose in self._world.arm.world_from_cameras(positions)
         ]
+        places = np.array([eye.translation for eye in eyes])
+        axes = np.array([eye.matrix()[:3, 2] for eye in eyes])
+        slopes = axes[:, :2] / axes[:, 2:]
+        pierced = places[:, :2] + (truth[2] - places[:, 2:]) * slopes
         sideways, up = 0.5 * (pierced[0] + pierced[1])
-        narrowing = slopes[0][0] - slopes[1][0]
-        gap = pierced[1][0] - pierced[0][0]
+        narrowing, gap = slopes[0, 0] - slopes[1, 0], pierced[1, 0] - pierced[0, 0]
         depth = truth[2] + (gap / narrowing if abs(narrowing) > _PARALLEL else 0.0)
         return np.array([sideways, up, depth])
 

@@ -125,7 +125,7 @@ def run_response(case: ResponseCase) -> ResponseRow:
         )
     return ResponseRow(
         answers=_answers(case, recorder),
-        images=len(recorder.courses["seen"].times),
+        images=len(recorder.courses["seen"]),
         joint_speed_share=recorder.joint_speed_share,
         joint_acceleration_share=recorder.joint_acceleration_share,
         limited_share=recorder.limited / count,
@@ -216,8 +216,9 @@ def _answer(
     axis, name, lines = along
     moved = {*case.sideways_lines, *case.depth_lines}
     most = max(moved)
-    pairs = np.array([np.array(course.truth)[:, axis], np.array(course.reported)[:, axis]]).T
-    spectrum = amplitudes(np.array(course.times), pairs, case.base_hz, most)
+    times, truth, reported = map(np.array, zip(*course, strict=True))
+    pairs = np.array([truth[:, axis], reported[:, axis]]).T
+    spectrum = amplitudes(times, pairs, case.base_hz, most)
     at = np.array(lines) - 1
     ratio = spectrum[at, 1] / spectrum[at, 0]
     others = [line - 1 for line in range(1, most + 1) if line not in moved]

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import msgspec
 
 from servoid.batch import Experiment, Results, Work
-from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid.view.axes import DISTINCT, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 from servoid_experiments.design import Picture, Positive, Section, Table, Verdict, about, rows_of
+from servoid_experiments.drawing import dress_across, legend_below
 from servoid_experiments.paper import AS_ASSUMED
 from servoid_experiments.paper.servoing.settings import (
     Constants,
@@ -18,7 +19,7 @@ from servoid_experiments.paper.servoing.settings import (
     with_constant,
 )
 from servoid_experiments.paper.servoing.trial import ServoingCase, ServoingRow, run_servoing
-from servoid_experiments.stats import over
+from servoid_experiments.stats import Spread, over
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,11 +31,9 @@ _MOST = 12  # constants drawn for a figure
 SENSITIVITY = Experiment("sensitivity", run_servoing, ServoingCase, ServoingRow)
 
 
-Take = Callable[[ServoingRow], float]
-
 LAG = "phase lag of the hand [deg]"
 SPREAD = "spread of the recognised z [mm]"
-MEASURES: dict[str, Take] = {
+MEASURES: dict[str, Callable[[ServoingRow], float]] = {
     LAG: lambda row: row.followed.hand_lag_deg,
     SPREAD: lambda row: 1e3 * row.followed.seen_spread[2],
 }
@@ -82,12 +81,13 @@ def quick_sensitivity() -> SensitivitySettings:
     )
 
 
-class Change(msgspec.Struct, frozen=True, kw_only=True):
-    """One constant with another value."""
+@dataclass(frozen=True)
+class Change:
+    """One constant with another value, and all constants with it."""
 
     constant: str
-    value: Any
     written: str
+    constants: Constants
 
     @property
     def name(self) -> str:
@@ -104,11 +104,10 @@ def changes(settings: SensitivitySettings, given: Constants) -> list[Change]:
         table, key = name.split(".")
         for value in _others(settings, name, getattr(getattr(given, table), key)):
             try:
-                with_constant(given, name, value)
+                changed = with_constant(given, name, value)
             except msgspec.ValidationError:
                 continue  # twice a share may exceed its maximum
-            written = shapes.get(value, _written(value))
-            found.append(Change(constant=name, value=value, written=written))
+            found.append(Change(name, shapes.get(value, _written(value)), changed))
     return found
 
 
@@ -135,24 +134,21 @@ def _written(value: Any) -> str:
 
 def sensitivity_work(settings: SensitivitySettings, given: Constants) -> list[Work]:
     """Return the runs, those with the constants as assumed first."""
-    cases = [_case(settings, AS_ASSUMED, seed, given) for seed in range(settings.base_seeds)]
-    cases += [
-        _case(settings, one.name, seed, with_constant(given, one.constant, one.value))
-        for one in changes(settings, given)
-        for seed in range(settings.seeds)
+    runs = [(AS_ASSUMED, given, settings.base_seeds)]
+    runs += [(one.name, one.constants, settings.seeds) for one in changes(settings, given)]
+    cases = [
+        ServoingCase(
+            name=name,
+            seed=seed,
+            omega=settings.omega,
+            settle_s=settings.settle_s,
+            periods=1,
+            constants=changed,
+        )
+        for name, changed, seeds in runs
+        for seed in range(seeds)
     ]
     return [Work(SENSITIVITY, cases)]
-
-
-def _case(settings: SensitivitySettings, name: str, seed: int, given: Constants) -> ServoingCase:
-    return ServoingCase(
-        name=name,
-        seed=seed,
-        omega=settings.omega,
-        settle_s=settings.settle_s,
-        periods=1,
-        constants=given,
-    )
 
 
 @dataclass(frozen=True)
@@ -183,52 +179,53 @@ def sensitivity_sections(
     base = rows_of(results, SENSITIVITY, name=AS_ASSUMED)
     if len(base) < 2:
         return []
-    found = {name: _changed(settings, given, results, take) for name, take in MEASURES.items()}
-    middles = {name: over(map(take, base)) for name, take in MEASURES.items()}
-    picture = _draw_tornado(found, {name: (one.mean, one.reach) for name, one in middles.items()})
     rows = [
-        (name, one.constant, one.was, one.greatest, "yes" if one.clear else "no")
-        for name in MEASURES
-        for one in found[name]
+        (one, found)
+        for one in changes(settings, given)
+        if (found := rows_of(results, SENSITIVITY, name=one.name))
     ]
+    middles = {name: over(map(take, base)) for name, take in MEASURES.items()}
+    now = {name: value for name, value, _, _ in constants(given)}
+    effects = {
+        name: _effects(
+            now, middles[name], [(one, over(map(take, found)).mean) for one, found in rows]
+        )
+        for name, take in MEASURES.items()
+    }
     table = Table(
         "sensitivity_effects",
         ("figure", "constant", "assumed", "greatest_effect", "beyond_seeds"),
-        rows,
+        [
+            (name, one.constant, one.was, one.greatest, "yes" if one.clear else "no")
+            for name, found in effects.items()
+            for one in found
+        ],
         "Greatest effect of each constant, and whether it is more than 95 % of single runs differ "
         "by their seed: of twenty constants that do nothing, one counts all the same.",
     )
-    counts = _holds_table(settings, given, results)
     findings = {"Gains, search and cameras are not given.": Verdict.PARTLY}
     heading = "Which of the constants that the paper leaves out matter"
-    return [Section(heading, findings, (picture,), (table, counts))]
+    tables = (table, _holds_table([row for _, found in rows for row in found]))
+    return [Section(heading, findings, (_draw_tornado(effects, middles),), tables)]
 
 
-def _changed(
-    settings: SensitivitySettings, given: Constants, results: Results, take: Take
+def _effects(
+    now: Mapping[str, str], base: Spread, found: Sequence[tuple[Change, float]]
 ) -> list[Effect]:
     """Return the effect of each constant's change on a figure, the largest first."""
-    base = over(map(take, rows_of(results, SENSITIVITY, name=AS_ASSUMED)))
-    now = {name: value for name, value, _, _ in constants(given)}
     values: dict[str, list[tuple[str, float]]] = {}
-    for one in changes(settings, given):
-        if rows := rows_of(results, SENSITIVITY, name=one.name):
-            values.setdefault(one.constant, []).append((one.written, over(map(take, rows)).mean))
-    found = []
+    for one, value in found:
+        values.setdefault(one.constant, []).append((one.written, value))
+    effects = []
     for constant, pairs in values.items():
         effect = max((value - base.mean for _, value in pairs), key=abs)
         clear = abs(effect) > base.reach
-        found.append(Effect(constant, now[constant], tuple(pairs), effect, clear))
-    return sorted(found, key=lambda one: -abs(one.greatest))
+        effects.append(Effect(constant, now[constant], tuple(pairs), effect, clear))
+    return sorted(effects, key=lambda one: -abs(one.greatest))
 
 
-def _holds_table(settings: SensitivitySettings, given: Constants, results: Results) -> Table:
+def _holds_table(rows: Sequence[ServoingRow]) -> Table:
     """Count the runs with another value in which the paper's findings still hold."""
-    rows: Sequence[ServoingRow] = [
-        row
-        for one in changes(settings, given)
-        for row in rows_of(results, SENSITIVITY, name=one.name)
-    ]
     late = sum(row.followed.hand_lag_deg > 0.0 for row in rows)
     unsteady = sum(row.followed.seen_spread[2] > row.followed.seen_spread[0] for row in rows)
     return Table(
@@ -240,11 +237,11 @@ def _holds_table(settings: SensitivitySettings, given: Constants, results: Resul
 
 
 def _draw_tornado(
-    effects: Mapping[str, Sequence[Effect]], middles: Mapping[str, tuple[float, float]]
+    effects: Mapping[str, Sequence[Effect]], middles: Mapping[str, Spread]
 ) -> Picture:
     """Draw a panel for each figure, the first effects at the top; all of them are in its numbers.
 
-    `middles` are the figures with the assumed constants, and the random deviation of single runs.
+    `middles` are the figures with the assumed constants.
     """
     from matplotlib.patches import Patch
 
@@ -253,18 +250,12 @@ def _draw_tornado(
     figure = new_figure(9.6, 0.36 * sum(heights) + 0.9 * len(heights))
     panels = figure.subplots(len(shown), 1, height_ratios=heights, squeeze=False)[:, 0]
     for axes, (name, few) in zip(panels, shown.items(), strict=True):
-        _draw_effects(axes, few, *middles[name])
+        _draw_effects(axes, few, middles[name].mean, middles[name].reach)
         axes.set_title(name, loc="left", color=INK, fontsize=11)
-    labels = ("first value in brackets", "second", "third")
-    figure.legend(
-        handles=[Patch(color=DISTINCT[i], label=label) for i, label in enumerate(labels)],
-        loc="outside lower center",
-        ncols=3,
-        frameon=False,
-        fontsize=10,
-    )
+    handles = [Patch(color=color) for color in DISTINCT[:3]]
+    legend_below(figure, handles, ("first value in brackets", "second", "third"), columns=3)
     rows = [
-        (name, one.title, value, figure_value, *middles[name])
+        (name, one.title, value, figure_value, middles[name].mean, middles[name].reach)
         for name, all_of in effects.items()
         for one in all_of
         for value, figure_value in one.values
@@ -295,7 +286,6 @@ def _draw_effects(axes: "Axes", few: Sequence[Effect], middle: float, band: floa
     axes.axvline(middle, color=QUIET_INK, linewidth=0.9)
     axes.set_yticks(range(len(few)), [one.title for one in few])
     axes.invert_yaxis()
-    dress(axes)
+    dress_across(axes)
     axes.grid(visible=False, axis="y")
-    axes.grid(axis="x", color="#e6e6e6", linewidth=0.8)
     axes.tick_params(axis="y", labelsize=8)

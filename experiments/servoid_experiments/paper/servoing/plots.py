@@ -11,6 +11,7 @@ from servoid.pose.exact import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 from servoid_experiments.design import Picture, Table
+from servoid_experiments.drawing import dress_across, legend_below
 from servoid_experiments.paper.servoing.followed import Courses
 from servoid_experiments.stats import Spread, interval_cells, interval_headings
 
@@ -44,13 +45,7 @@ def draw_courses(
         panels[-1, place].set_xlabel("seconds since the object moves", color=INK, fontsize=10)
     for axes, axis in zip(panels[:, 0], _AXES, strict=True):
         axes.set_ylabel(f"{axis} in M0 [mm]", color=INK, fontsize=10)
-    figure.legend(
-        *panels[0, 0].get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=3,
-        frameon=False,
-        fontsize=10,
-    )
+    legend_below(figure, *panels[0, 0].get_legend_handles_labels(), columns=3)
     keys = Courses.__struct_fields__
     head = ("run", *(key if key == "seconds" else f"{key}_m" for key in keys))
     rows = [
@@ -120,5 +115,4 @@ def _draw_intervals(axes: "Axes", heights: Floats, values: Sequence[Spread]) -> 
     least, most = float((means - below).min()), float((means + halves).max())
     axes.set_xlim(min(0.0, least - 0.05 * most), 1.05 * most)
     axes.axvline(0.0, color="#aaaaaa", linewidth=0.8)
-    dress(axes)
-    axes.grid(axis="x", color="#e6e6e6", linewidth=0.8)
+    dress_across(axes)

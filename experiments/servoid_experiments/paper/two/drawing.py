@@ -7,9 +7,10 @@ import numpy as np
 
 from servoid._native import Body, Pose
 from servoid.pose.exact import Floats
-from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid.view.axes import DISTINCT, new_figure, png
 from servoid.view.model.contact_sheet import outline_points
 from servoid_experiments.design import Picture, Table
+from servoid_experiments.drawing import dress_across
 from servoid_experiments.metrics import shape_matrices
 from servoid_experiments.paper.eye_pair import EyePair, paper_hand, true_body
 from servoid_experiments.paper.two.modelling import (
@@ -157,8 +158,7 @@ def _dots(panel: "Axes", values: Mapping[Procedure, Sequence[float]], label: str
         panel.plot([found.mean - half, found.mean + half], [place] * 2, color=_TRUE, linewidth=2.2)
         panel.plot(found.mean, place, "D", color=_TRUE, markersize=5)
     panel.set_xlabel(label, fontsize=10.5)
-    dress(panel)
-    panel.grid(axis="x", color="#e6e6e6", linewidth=0.8)
+    dress_across(panel)
 
 
 def _numbers(rows: Mapping[Procedure, Sequence[TwoRow]]) -> Table:

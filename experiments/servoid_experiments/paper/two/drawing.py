@@ -45,10 +45,10 @@ def draw_models(shown: Sequence[tuple[TwoCase, TwoRow]]) -> Picture:
     figure = new_figure(2.45 * len(shown), 7.6)
     panels = figure.subplots(3, len(shown), squeeze=False)
     pair = first_pair(shown[0][0])
-    true = true_body(OBJECT_NAME, pair.world_from_object)
+    true = true_body(OBJECT_NAME, paper_hand().inverse() @ pair.world_from_object)
     for column, (case, row) in enumerate(shown):
         body = Body(
-            world_from_object=paper_hand(),
+            world_from_object=Pose.identity(),
             centers=np.array(row.centers),
             radii=np.array(row.radii),
             rotations=np.array(row.rotations),
@@ -92,10 +92,10 @@ def draw_errors(rows: Mapping[Procedure, Sequence[TwoRow]]) -> Picture:
 
 
 def _image(panel: "Axes", pair: EyePair, body: Body) -> None:
-    """Draw the image, the object's true outline, and those of the model's ellipsoids."""
+    """Draw the image, the object's true outline, and those of a model's ellipsoids in the hand."""
     rows, columns = np.nonzero(pair.masks[0])
     panel.imshow(pair.images[0])
-    eye = pair.cameras[0], pair.world_from_cameras[0]
+    eye = pair.cameras[0], paper_hand().inverse() @ pair.world_from_cameras[0]
     panel.contour(pair.masks[0] != 0, levels=[0.5], colors="white", linewidths=2.6)
     panel.contour(pair.masks[0] != 0, levels=[0.5], colors=_TRUE, linewidths=1.2)
     for outline in body.outlines(*eye):
@@ -112,12 +112,12 @@ def _image(panel: "Axes", pair: EyePair, body: Body) -> None:
 
 
 def _side(panel: "Axes", true: Body, body: Body, side: tuple[int, int, str, str]) -> None:
-    """Draw the outlines of both bodies in orthographic view along an axis of the hand."""
+    """Draw the outlines of both bodies, in the hand, in orthographic view along an axis of it."""
     across, up, right, _ = side
-    middle = _MM * _in_hand(true)[0].mean(axis=0)
+    middle = _MM * shape_matrices(true)[0].mean(axis=0)
     for centers, spread, color, style in (
-        (*_in_hand(body), _MODEL, "-"),
-        (*_in_hand(true), _TRUE, "--"),
+        (*shape_matrices(body), _MODEL, "-"),
+        (*shape_matrices(true), _TRUE, "--"),
     ):
         for center, matrix in zip(centers, spread, strict=True):
             axes = [across, up]
@@ -132,13 +132,6 @@ def _side(panel: "Axes", true: Body, body: Body, side: tuple[int, int, str, str]
         panel.invert_yaxis()
     panel.set_xlabel(f"{right} in mm", fontsize=10)
     panel.tick_params(labelsize=8.5, length=3)
-
-
-def _in_hand(body: Body) -> tuple[Floats, Floats]:
-    to_hand: Pose = paper_hand().inverse()
-    turn = to_hand.matrix()[:3, :3]
-    centers, spread = shape_matrices(body)
-    return to_hand.transform(np.ascontiguousarray(centers)), turn @ spread @ turn.T
 
 
 def _ellipse(center: Floats, spread: Floats) -> tuple[Floats, Floats]:

@@ -91,11 +91,9 @@ def _print_report(study: Study[Any], report: StudyReport, folder: Path) -> None:
 
 
 def _print_words(words: str, mark: str = "") -> None:
-    for line in textwrap.wrap(
-        words,
-        _WIDTH,
-        initial_indent=f"  {mark}",
-        subsequent_indent="  " + " " * len(mark),
-        break_on_hyphens=False,
-    ):
-        typer.echo(line)
+    first, rest = f"  {mark}", " " * (2 + len(mark))
+    typer.echo(
+        textwrap.fill(
+            words, _WIDTH, initial_indent=first, subsequent_indent=rest, break_on_hyphens=False
+        )
+    )

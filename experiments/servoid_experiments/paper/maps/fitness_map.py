@@ -1,7 +1,7 @@
 """Section 5.1, Fig. 8: the fitness of poses around the true one, by each fitness function."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -23,10 +23,8 @@ from servoid_experiments.paper.maps.places import Places, peak_of, width_at_shar
 
 FINEST, COARSEST = 0, 2  # resolutions of the surface points
 _BESIDE = 0.005  # along each axis: the offset at which servoid starts its search
-_ALL = tuple(Fitness)
-_OF_THE_BOX = (Fitness.POINTS, Fitness.REGION, Fitness.SURFACE, Fitness.FULL)
 _ANSWERING = (Fitness.REGION, Fitness.SURFACE, Fitness.FULL)
-Score = Callable[[Floats, Sequence[Fitness]], dict[Fitness, Floats]]
+Scores = dict[Fitness, Floats]
 
 
 def run_fitness_map(case: MapCase) -> MapRow:
@@ -39,14 +37,14 @@ def run_fitness_map(case: MapCase) -> MapRow:
     tracker = _taught(case, taught)
     score = _scorer(case, taught, pair, tracker)
     places = Places(case.trial)
-    whole = score(places.box(), _OF_THE_BOX) if case.whole else {}
-    along = [score(line, _ALL) for line in places.lines]
-    crest, peak = score(places.crest, _ALL), score(places.peak, _ALL)
+    whole = score(places.box(), coarse=False) if case.whole else {}
+    along = [score(line) for line in places.lines]
+    crest, peak = score(places.crest), score(places.peak)
     seconds = _seconds(case, taught, pair, places) if case.whole else (None, None)
     return MapRow(
         fitnesses=[
             _fitness_row(one, places, whole.get(one), [line[one] for line in along], crest, peak)
-            for one in _ALL
+            for one in Fitness
         ],
         answers=[_answer(case, one, taught, pair) for one in _ANSWERING],
         depths=(places.steps[2] - case.trial.place[2]).tolist() if case.whole else [],
@@ -102,13 +100,15 @@ def _matches(taught: EyePair, pair: EyePair) -> list[View]:
     return pair.views(masks)
 
 
-def _scorer(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> Score:
+def _scorer(
+    case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker
+) -> Callable[..., Scores]:
     """Return a function that scores positions (N, 3) in the hand's frame with every fitness."""
     views = _matches(taught, pair)
     body = true_body(case.object_name, pair.world_from_object)
     settings = _paper_settings(case)
 
-    def score(places: Floats, kinds: Sequence[Fitness]) -> dict[Fitness, Floats]:
+    def score(places: Floats, *, coarse: bool = True) -> Scores:
         poses = _poses(places)
         eyes, images = pair.world_from_cameras, pair.images
         fine = tracker.score_terms(1.0, eyes, images, poses, resolution=FINEST, threads=1)
@@ -118,9 +118,10 @@ def _scorer(case: MapCase, taught: EyePair, pair: EyePair, tracker: Tracker) -> 
             Fitness.SURFACE: fine[:, 1],
             Fitness.FULL: fine.sum(axis=1),
         }
-        if Fitness.COARSE in kinds:
-            coarse = tracker.score_terms(1.0, eyes, images, poses, resolution=COARSEST, threads=1)
-            found[Fitness.COARSE] = coarse.sum(axis=1)
+        if coarse:
+            found[Fitness.COARSE] = tracker.score_terms(
+                1.0, eyes, images, poses, resolution=COARSEST, threads=1
+            ).sum(axis=1)
         return found
 
     return score
@@ -142,8 +143,8 @@ def _fitness_row(
     places: Places,
     whole: Floats | None,
     along: list[Floats],
-    crest: dict[Fitness, Floats],
-    peak: dict[Fitness, Floats],
+    crest: Scores,
+    peak: Scores,
 ) -> FitnessRow:
     ridge_line = crest[fitness].reshape(len(places.crest_depths), -1).max(axis=1)
     floor = None if whole is None else float(whole.min())

@@ -5,7 +5,7 @@ estimates belong. The paper's equation 9 has the object in the hand's frame; the
 mention timestamps.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import Enum
 from typing import Annotated, cast
 
@@ -29,9 +29,6 @@ from servoid.track.follower import Follower, Images
 from servoid_experiments.bode.late_sight import MadeEstimate
 from servoid_experiments.design import about
 from servoid_experiments.paper.servoing.settings import Constants, Search
-
-Frame = Callable[[], Pose]
-"""Returns the pose of a tracker's frame in the world when the last images were taken."""
 
 
 class TrackerKind(Enum):
@@ -118,22 +115,6 @@ def servo_settings(method: Method, given: Constants) -> ServoSettings:
     )
 
 
-def in_world() -> Pose:
-    """Use the world as the tracker's frame."""
-    return Pose.identity()
-
-
-def hand_of(world: World) -> Frame:
-    """Use the hand of a world's arm as the tracker's frame."""
-
-    def world_from_hand() -> Pose:
-        exposure = world.source.handed_out
-        assert exposure is not None, "nothing is tracked before an image was handed out"
-        return world.arm.world_from_hand(exposure.positions_at_time)
-
-    return world_from_hand
-
-
 class Reading:
     """Runs a tracker in a frame of its own, and defines the time to which its estimates belong.
 
@@ -157,8 +138,7 @@ class Reading:
     ) -> None:
         self._world, self._tracker, self._stamped = world, tracker, stamped
         self._turn_told, self._generations = turn_told, generations
-        self._hand = hand_of(world)
-        self._frame = self._hand if in_hand else in_world
+        self._in_hand = in_hand
         self._seen = Pose.identity()
 
     @property
@@ -175,14 +155,14 @@ class Reading:
         masks: Images | None = None,
     ) -> Estimate:
         """Learn the object's appearance, with the object at a known pose."""
-        frame_from_world = self._frame().inverse()
+        frame_from_world = self._world_from_frame().inverse()
         cameras = [frame_from_world @ pose for pose in world_from_camera]
         there = frame_from_world @ world_from_object
         return self._read(self._tracker.start(time_s, cameras, images, there, masks))
 
     def step(self, time_s: float, world_from_camera: Sequence[Pose], images: Images) -> Estimate:
         """Find the object in the next observation."""
-        frame_from_world = self._frame().inverse()
+        frame_from_world = self._world_from_frame().inverse()
         cameras = [frame_from_world @ pose for pose in world_from_camera]
         if isinstance(self._tracker, OneStepTracker):
             truth = frame_from_world @ self._world.world_from_object_at(time_s)
@@ -190,6 +170,16 @@ class Reading:
             for _ in range(self._generations - 1):
                 self._tracker.step(time_s, cameras, images)
         return self._read(self._tracker.step(time_s, cameras, images))
+
+    def _world_from_hand(self) -> Pose:
+        """Return the hand's pose when the last images were taken."""
+        exposure = self._world.source.handed_out
+        assert exposure is not None, "nothing is tracked before an image was handed out"
+        return self._world.arm.world_from_hand(exposure.positions_at_time)
+
+    def _world_from_frame(self) -> Pose:
+        """Return the pose of the tracker's frame when the last images were taken."""
+        return self._world_from_hand() if self._in_hand else Pose.identity()
 
     def _read(self, estimate: Estimate) -> Estimate:
         found, covariance = estimate.world_from_object, estimate.covariance
@@ -200,11 +190,11 @@ class Reading:
             covariance, unobservable = np.zeros((6, 6)), np.zeros((0, 6))
             covariance[:3, :3] = turn @ estimate.covariance[:3, :3] @ turn.T
             found = Pose.from_parts(found.translation, truth.quaternion)
-        self._seen = self._frame() @ found
+        self._seen = self._world_from_frame() @ found
         then = self._seen
         if not self._stamped:
             now = self._world.arm.world_from_hand(self._world.arm.state().positions)
-            then = now @ self._hand().inverse() @ self._seen
+            then = now @ self._world_from_hand().inverse() @ self._seen
         made = MadeEstimate(
             time_s=estimate.time_s,
             world_from_object=then,

@@ -336,10 +336,14 @@ impl Tracker {
         if followed && visible < CLEAR {
             self.frame.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }
+        let mut covariance = self.covariance(&known, by_outline);
+        if followed && !by_outline {
+            covariance += self.shading_covariance(observation, hypothesis);
+        }
         Estimate {
             time_s: observation.time_s,
             world_from_object: if followed { hypothesis.pose } else { self.motion.last() },
-            covariance: self.covariance(&known, by_outline),
+            covariance,
             unobservable: known.unobservable,
             confidence: if followed { evidence.probability() } else { unseen(self.status) },
             evidence: followed.then_some(evidence),

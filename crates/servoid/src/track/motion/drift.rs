@@ -35,6 +35,12 @@ const PLACE: f64 = 0.2;
 /// cannot tell it from relief, as errors of points are correlated; and the part of its variance that
 /// is left after another image, as they last.
 const NOISE: (f64, f64) = (7.0, 0.9);
+/// Systematic error of the orientation, as a standard deviation in radians per radian of rotation, by
+/// points that are shading: it stays where the light is, and so holds all of them back alike. And the
+/// parts of the recognised points that have the contrast of a pattern, and that are finely patterned,
+/// from which on there is none.
+const HELD_BACK: f64 = 0.25;
+const PATTERNED: (f64, f64) = (0.8, 0.9);
 /// Images between two searches for a rival pose.
 const RIVAL_EVERY: usize = 4;
 /// Most images between two searches for a rival pose while the share stays low.
@@ -132,10 +138,38 @@ impl Tracker {
     pub(crate) fn drift_covariance(&self) -> Matrix6<f64> {
         let Target { points, relief, solid, .. } = &self.target;
         let (shift, turned) = relief.systematic;
-        let turn = (points.turn_variance() + turned) / 3.0;
-        let place = (PLACE * solid.radius).powi(2) * turn + solid.radius.powi(2) * shift;
-        Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn))
+        let of_turn = turn_covariance(points.turn_variance() + turned, solid.radius);
+        let place = solid.radius.powi(2) * shift;
+        of_turn + Matrix6::from_diagonal(&Vector6::new(place, place, place, 0.0, 0.0, 0.0))
     }
+
+    /// Returns the covariance of a pose due to shading that held points back as the object turned,
+    /// beyond that of a guessed body, in the object's frame.
+    pub(crate) fn shading_covariance(
+        &self,
+        observation: &Observation<'_>,
+        hypothesis: &Hypothesis,
+    ) -> Matrix6<f64> {
+        let Target { relief, solid, .. } = &self.target;
+        let turned = relief.turned(&object_from_camera(observation, &hypothesis.pose));
+        let held_back = HELD_BACK * shading(&hypothesis.quality) * turned;
+        turn_covariance((held_back * held_back - relief.systematic.1).max(0.0), solid.radius)
+    }
+}
+
+/// Returns the covariance of a pose whose orientation has a variance about any axis, and whose
+/// position strays with it.
+fn turn_covariance(variance: f64, radius: f64) -> Matrix6<f64> {
+    let turn = variance / 3.0;
+    let place = (PLACE * radius).powi(2) * turn;
+    Matrix6::from_diagonal(&Vector6::new(place, place, place, turn, turn, turn))
+}
+
+/// Returns how much of what is recognised is shading, 0 to 1.
+fn shading(quality: &Quality) -> f64 {
+    let textured = (quality.textured + 1.0) / (quality.recognised + 1.0);
+    let (contrast, fine) = (textured / PATTERNED.0, quality.fine_share() / PATTERNED.1);
+    1.0 - contrast.min(1.0) * fine.min(1.0)
 }
 
 /// Returns the standard deviation, in radians, by which recognised points slip along the surface
@@ -170,6 +204,23 @@ mod tests {
             prop_assert!(slip(&quality(recognised, textured), 2) <= now);
             let (many, all) = (recognised + more, part * recognised + more);
             prop_assert!(slip(&quality(many, all), 2) <= now);
+        }
+
+        #[test]
+        fn what_is_finely_patterned_all_over_is_no_shading_and_more_of_a_pattern_never_is_more(
+            recognised in 1.0..200.0_f64,
+            part in 0.0..=1.0_f64,
+            more in 0.0..=1.0_f64,
+        ) {
+            let seen = |textured: f64, fine: f64| Quality {
+                fine: fine * recognised,
+                ..quality(recognised, textured * recognised)
+            };
+            prop_assert!(shading(&seen(1.0, 1.0)) == 0.0);
+            let now = shading(&seen(part, part));
+            prop_assert!((0.0..=1.0).contains(&now));
+            prop_assert!(shading(&seen(part.max(more), part)) <= now);
+            prop_assert!(shading(&seen(part, part.max(more))) <= now);
         }
     }
 }

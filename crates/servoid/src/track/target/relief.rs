@@ -87,11 +87,17 @@ impl Relief {
     /// Updates the systematic errors: they grow with the rotation of the first camera, in the object's
     /// frame, since the pose was given, if its shape is `guessed`.
     pub(crate) fn follow_turn(&mut self, object_from_camera: &UnitQuaternion<f64>, guessed: bool) {
-        let angle = self.given.map_or(0.0, |given| given.angle_to(object_from_camera));
-        let turned = if guessed { 2.0 * libm::sin(0.5 * angle) } else { 0.0 };
+        let turned = if guessed { self.turned(object_from_camera) } else { 0.0 };
         let (per_radian, most) = SYSTEMATIC_TURN;
         let (turn, most) = ((per_radian * turned).powi(2), most * most);
         self.systematic = ((SYSTEMATIC_SHIFT * turned).powi(2), turn * most / (turn + most));
+    }
+
+    /// Returns the chord of the first camera's rotation since the pose was given, in the object's
+    /// frame: what grows with the rotation is undone by a whole turn.
+    pub(crate) fn turned(&self, object_from_camera: &UnitQuaternion<f64>) -> f64 {
+        let angle = self.given.map_or(0.0, |given| given.angle_to(object_from_camera));
+        2.0 * libm::sin(0.5 * angle)
     }
 
     /// Returns whether the body is trusted though nothing confirms it.

@@ -14,6 +14,7 @@ from servoid.track.follower import Follower, Rememberer, depths_for
 from servoid.track.request import Subject
 
 _GOOD_OVERLAP = 0.85  # of a body and its own masks, 0.93 to 0.97; other bodies reach 0.5 to 0.95
+_WORSE = 0.08  # overlap below the body's fitness, of a body that is coarse itself
 _TURN = 0.5  # radians between the start and the found pose, above which they differ
 _UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
 _UNLIKE = (
@@ -26,9 +27,9 @@ _OTHER = (
 )
 _STRANGER = (
     "the object in the mask is not the one in the body's file: it does not match its appearance, "
-    "and its outline overlaps the mask by {overlap:.2f} only (intersection over union, its own "
-    "body reaches about 0.9); give that object's own body, or no body, to model it from this "
-    "observation"
+    "and its outline overlaps the mask by {overlap:.2f} only (intersection over union), while its "
+    "fitness to what it was made of is {fitness:.2f}; give that object's own body, or no body, to "
+    "model it from this observation"
 )
 _MISFIT = (
     "the outline of the body overlaps the mask by {overlap:.2f} only (intersection over union, the "
@@ -42,9 +43,13 @@ _MISPLACED = (
 )
 
 
-def is_misfit(overlap: float | None) -> bool:
-    """Return whether a body overlaps its masks by less than the object's own body does."""
-    return overlap is not None and overlap < _GOOD_OVERLAP
+def is_misfit(overlap: float | None, fitness: float | None) -> bool:
+    """Return whether a body overlaps its masks by less than the object's own body does.
+
+    `fitness` is that of the body to what it was made of, None where it is not known.
+    """
+    least = _GOOD_OVERLAP if fitness is None else min(_GOOD_OVERLAP, fitness - _WORSE)
+    return overlap is not None and overlap < least
 
 
 def body_doubts(subject: Subject, overlap: float | None, *, is_unlike: bool) -> list[str]:
@@ -54,13 +59,14 @@ def body_doubts(subject: Subject, overlap: float | None, *, is_unlike: bool) -> 
     `is_unlike` says that its appearance is not that of the object.
 
     Raises:
-        TrackError: neither its appearance nor its outline is that of the object in the mask.
+        TrackError: neither its appearance nor its outline is that of the object in the mask, though
+            the body is known to fit better.
 
     """
     is_placed = subject.start is not None
-    misfits = subject.body is not None and is_misfit(overlap)
-    if is_unlike and misfits and not is_placed:
-        raise TrackError(_STRANGER.format(overlap=overlap))
+    misfits = subject.body is not None and is_misfit(overlap, subject.fitness)
+    if is_unlike and misfits and not is_placed and subject.fitness is not None:
+        raise TrackError(_STRANGER.format(overlap=overlap, fitness=subject.fitness))
     doubts = [_UNLIKE if is_placed else _OTHER] if is_unlike else []
     if misfits:
         doubts.append((_MISPLACED if is_placed else _MISFIT).format(overlap=overlap))

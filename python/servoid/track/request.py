@@ -35,9 +35,11 @@ class Subject:
     Without `body` it is modelled from the first observation. `start` is world_from_object in the
     first observation. `targets` mark the object there; without targets, the capture's masks do.
     `colors` are the colours of the body's ellipsoids, (K, 3) uint8 RGB, saved with it. `appearance`
-    is used to find the object if neither start, target nor mask locates it. `known_shape` states
-    whether the body has the object's shape on all sides, as one made from a mesh has: then its
-    outline outweighs shading, which slides along an object without print.
+    is used to find the object if neither start, target nor mask locates it. `fitness` is that of
+    the body to what it was made of, saved with it: a body that fits its mask much worse is doubted,
+    and refused if its appearance is not there either. `known_shape` states whether the body has the
+    object's shape on all sides, as one made from a mesh has: then its outline outweighs shading,
+    which slides along an object without print.
     """
 
     name: str = "object"
@@ -46,6 +48,7 @@ class Subject:
     targets: tuple[Target, ...] = ()
     colors: NDArray[np.uint8] | None = None
     appearance: bytes | None = None
+    fitness: float | None = None
     known_shape: bool = False
 
     def __post_init__(self) -> None:

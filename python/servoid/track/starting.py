@@ -111,7 +111,7 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     overlap = _overlap(capture, instant, known)
     # The outline tells nothing of a turn that it did not even tell at the start, and a body that
     # does not fit is not the object's shape.
-    is_known = subject.known_shape and not known.others and not is_misfit(overlap)
+    is_known = subject.known_shape and not known.others and not is_misfit(overlap, subject.fitness)
     meant = replace(subject, known_shape=is_known)
     options = request.options(meant)
     tracker = make(cameras, known.body, options)

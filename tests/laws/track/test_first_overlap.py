@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 from recordings import Alone, pose_text, run_servoid
 
-from servoid.capture import open_capture
 from servoid.errors import TrackError
 from servoid.pose import Pose
 from servoid.shape import Body, load_body, save_body
@@ -58,7 +57,17 @@ def test_an_object_that_neither_looks_nor_fits_like_the_body_is_refused(
     alone: Alone, tmp_path: Path
 ) -> None:
     write_sample(tmp_path / "bird")
-    file = load_body(alone.folder / "body.json")
-    subject = Subject(body=file.body(), appearance=file.look())
-    with pytest.raises(TrackError, match=r"is not the one in the body's file.* by 0"):
-        track_capture(open_capture(tmp_path / "bird"), [subject], Request(seed=0))
+    options = ("--max-ellipsoids", 6, "--observations", "::2", "--out", "bird.json")
+    run_servoid(tmp_path, "model", "bird", *options)
+    file = load_body(tmp_path / "bird.json")
+    bird = Subject(body=file.body(), appearance=file.look(), fitness=file.fitness)
+    with pytest.raises(TrackError, match=r"is not the one in the body's file.* 0\.[67]\d only"):
+        track_capture(alone.recording.capture, [bird], Request(seed=0))
+
+
+def test_a_coarse_body_of_the_object_itself_is_not_refused(alone: Alone, tmp_path: Path) -> None:
+    options = ("--max-ellipsoids", 1, "--out", "coarse.json")
+    run_servoid(tmp_path, "model", alone.recording.folder, *options)
+    words = words_of(tmp_path, alone, "--body", "coarse.json")
+    assert float(words.split("silhouette IoU ")[1][:4]) < 0.85
+    assert "overlaps the mask by" not in words

@@ -138,5 +138,6 @@ def _subject(
         targets=tuple(parse_target(text) for text in targets),
         colors=None if file is None else file.colors(),
         appearance=None if file is None else file.look(),
+        fitness=None if file is None else file.fitness,
         known_shape=file is not None and file.is_known_all_around,
     )

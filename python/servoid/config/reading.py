@@ -178,6 +178,6 @@ def _json_fault(content: bytes, reason: Exception) -> str:
         return f"{fault.msg} (at line {fault.lineno}, column {fault.colno})"
     except UnicodeDecodeError:
         return "the file is not UTF-8 text"
-    except RecursionError:  # the fast parser found another fault before
+    except (ValueError, RecursionError):  # a number or a depth that only this parser refuses
         pass
     return str(reason)

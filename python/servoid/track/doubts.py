@@ -14,6 +14,7 @@ from servoid.track.follower import Follower, Rememberer, depths_for
 from servoid.track.request import Subject
 
 _GOOD_OVERLAP = 0.85  # of a body and its own masks, 0.93 to 0.97; other bodies reach 0.5 to 0.95
+_USUAL = 0.9
 _WORSE = 0.08  # overlap below the body's fitness, of a body that is coarse itself
 _TURN = 0.5  # radians between the start and the found pose, above which they differ
 _UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
@@ -32,13 +33,13 @@ _STRANGER = (
     "model it from this observation"
 )
 _MISFIT = (
-    "the outline of the body overlaps the mask by {overlap:.2f} only (intersection over union, the "
-    "object's own body reaches about 0.9): poses are wrong by as much as they differ, and mean "
-    "nothing if it is another object; check the body and the mask"
+    "the outline of the body overlaps the mask by {overlap:.2f} only (intersection over union, its "
+    "own mask by about {own:.2g}): poses are wrong by as much as they differ, and mean nothing if "
+    "it is another object; check the body and the mask"
 )
 _MISPLACED = (
     "the outline of the body at the given start overlaps the mask by {overlap:.2f} only "
-    "(intersection over union, at the object's own pose it is about 0.9): poses are wrong by as "
+    "(intersection over union, at the object's pose by about {own:.2g}): poses are wrong by as "
     "much as they differ; check start, body and mask"
 )
 
@@ -69,7 +70,8 @@ def body_doubts(subject: Subject, overlap: float | None, *, is_unlike: bool) -> 
         raise TrackError(_STRANGER.format(overlap=overlap, fitness=subject.fitness))
     doubts = [_UNLIKE if is_placed else _OTHER] if is_unlike else []
     if misfits:
-        doubts.append((_MISPLACED if is_placed else _MISFIT).format(overlap=overlap))
+        own = _USUAL if subject.fitness is None else min(_USUAL, subject.fitness)
+        doubts.append((_MISPLACED if is_placed else _MISFIT).format(overlap=overlap, own=own))
     return doubts
 
 

@@ -236,6 +236,7 @@ def test_the_page_of_errors_lists_every_limit() -> None:
         (b" \n", "the file is empty"),
         (b'{"version": "\xff"}', "the file is not UTF-8 text"),
         (b'{"version": NaN}', "."),
+        (b'{"version": ' + 5000 * b"9" + b" x}", "."),
     ],
 )
 def test_a_fault_in_json_is_told_with_its_place(tmp_path: Path, content: bytes, said: str) -> None:

@@ -672,6 +672,7 @@ class TrackSettings:
         region: bool | None = None,
         local_colors: bool | None = None,
         adjust: bool | None = None,
+        adjust_outlines: bool | None = None,
         depth_from_motion: bool | None = None,
         known_shape: bool | None = None,
     ) -> Self: ...
@@ -699,6 +700,9 @@ class TrackSettings:
     @property
     def adjust(self) -> bool:
         """Whether keyframes and surface points are adjusted together, in a separate thread."""
+    @property
+    def adjust_outlines(self) -> bool:
+        """Whether the outlines of an object without print adjust its body and its keyframes."""
     @property
     def depth_from_motion(self) -> bool:
         """Whether the distances of points that only one camera sees are estimated from motion."""

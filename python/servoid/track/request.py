@@ -86,6 +86,7 @@ class Request:
     region: bool | None = None
     local_colors: bool | None = None
     adjust: bool | None = None
+    adjust_outlines: bool | None = None
     depth_from_motion: bool | None = None
     evolve: bool | None = None
     evolve_every: int = 10
@@ -124,8 +125,9 @@ class Request:
     def options(self, subject: Subject | None = None) -> dict[str, int | float | bool | None]:
         """Return the settings of the core for a subject, by their names there."""
         names = ("seed", "population", "generations", "budget_s")
-        terms = ("surface", "region", "local_colors", "adjust", "depth_from_motion")
-        chosen = {name: getattr(self, name) for name in (*names, *terms)}
+        terms = ("surface", "region", "local_colors")
+        later = ("adjust", "adjust_outlines", "depth_from_motion")
+        chosen = {name: getattr(self, name) for name in (*names, *terms, *later)}
         knows = subject is not None and subject.known_shape and not self.evolves(subject)
         if knows and self.method is Method.REGION:
             chosen["known_shape"] = True

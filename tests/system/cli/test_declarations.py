@@ -136,6 +136,7 @@ def test_model_track_sample_and_export_show_the_defaults_of_python() -> None:
             "--population": str(tracker.population),
             "--generations": str(tracker.generations),
             "--adjust": "yes" if tracker.adjust else "no",
+            "--adjust-outlines": "yes" if tracker.adjust_outlines else "no",
             "--depth-from-motion": "yes" if tracker.depth_from_motion else "no",
             "--seed": str(tracker.seed),
             "--every": str(track.Request().every),
@@ -167,7 +168,7 @@ def test_what_is_not_given_is_left_to_what_declares_it() -> None:
     }
     assert tracking.pop("method").value == track.Request().method.value
     assert tracking == {name: getattr(track.Request(), name) for name in tracking}
-    core = {"seed", "population", "generations", "adjust", "depth_from_motion"}
+    core = {"seed", "population", "generations", "adjust", "adjust_outlines", "depth_from_motion"}
     assert {name: tracking[name] for name in core} == dict.fromkeys(core)
     fit = inspect.signature(model.fit).parameters
     options = {one.name: one.default for one in COMMANDS["model"].params}

@@ -22,7 +22,7 @@ taken_in_words!(
     "make one with servoid.track.TrackSettings"
 );
 
-const NAMES: [&str; 10] = [
+const NAMES: [&str; 11] = [
     "seed",
     "population",
     "generations",
@@ -31,6 +31,7 @@ const NAMES: [&str; 10] = [
     "region",
     "local_colors",
     "adjust",
+    "adjust_outlines",
     "depth_from_motion",
     "known_shape",
 ];
@@ -41,7 +42,7 @@ hashed_by_seed!(TrackSettings);
 impl TrackSettings {
     #[new]
     #[allow(clippy::too_many_arguments, reason = "each is a keyword of its own in Python")]
-    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None, depth_from_motion=None, known_shape=None))]
+    #[pyo3(signature = (*, seed=None, population=None, generations=None, budget_s=None, surface=None, region=None, local_colors=None, adjust=None, adjust_outlines=None, depth_from_motion=None, known_shape=None))]
     fn new(
         seed: Option<&Bound<'_, PyAny>>,
         population: Option<&Bound<'_, PyAny>>,
@@ -51,6 +52,7 @@ impl TrackSettings {
         region: Option<&Bound<'_, PyAny>>,
         local_colors: Option<&Bound<'_, PyAny>>,
         adjust: Option<&Bound<'_, PyAny>>,
+        adjust_outlines: Option<&Bound<'_, PyAny>>,
         depth_from_motion: Option<&Bound<'_, PyAny>>,
         known_shape: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
@@ -63,6 +65,7 @@ impl TrackSettings {
         SETTINGS.put(&mut it.region, "region", region)?;
         SETTINGS.put(&mut it.local_colors, "local_colors", local_colors)?;
         SETTINGS.put(&mut it.adjust, "adjust", adjust)?;
+        SETTINGS.put(&mut it.adjust_outlines, "adjust_outlines", adjust_outlines)?;
         SETTINGS.put(&mut it.depth_from_motion, "depth_from_motion", depth_from_motion)?;
         SETTINGS.put(&mut it.known_shape, "known_shape", known_shape)?;
         it.checked().map(Self).map_err(raise)
@@ -114,6 +117,12 @@ impl TrackSettings {
     #[getter]
     fn adjust(&self) -> bool {
         self.0.adjust
+    }
+
+    /// Whether the outlines of an object without print adjust its body and its keyframes.
+    #[getter]
+    fn adjust_outlines(&self) -> bool {
+        self.0.adjust_outlines
     }
 
     /// Whether the distances of points that only one camera sees are estimated from motion.

@@ -49,14 +49,14 @@ pub fn contour(
         let count = ((around / spacing_px) as usize).clamp(6, MOST);
         for step in 0..count {
             let (pixel, normal) =
-                place(outline, std::f64::consts::TAU * step as f64 / count as f64);
+                on_outline(outline, std::f64::consts::TAU * step as f64 / count as f64);
             let hidden = outlines
                 .iter()
                 .any(|(other, outline)| *other != ellipsoid && outline.contains(&pixel));
             if hidden {
                 continue;
             }
-            let (rim, on_ball) = rim(projection, quadric, &pixel, &normal);
+            let (rim, on_ball) = rim_at(projection, quadric, &pixel, &normal);
             if let Some((pixel, slope)) = projection.pixel(&rim) {
                 points.push(ContourPoint { pixel, normal, rim, ellipsoid, on_ball, slope });
             }
@@ -64,8 +64,8 @@ pub fn contour(
     }
 }
 
-/// Returns a point on an ellipse and its unit normal.
-fn place(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
+/// Returns a point on an ellipse and its unit normal, at an angle about its centre.
+pub(crate) fn on_outline(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
     let (sin, cos) = libm::sincos(angle);
     let below = outline.half_height * sin;
     let right = outline.slope * below + outline.half_width * cos;
@@ -76,7 +76,7 @@ fn place(outline: &Outline, angle: f64) -> (Vector2<f64>, Vector2<f64>) {
 
 /// Returns the point at which the plane through the camera and a tangent touches the ellipsoid, and
 /// the point of the unit ball that is mapped there.
-fn rim(
+pub(crate) fn rim_at(
     projection: &Projection,
     quadric: &Quadric,
     pixel: &Vector2<f64>,

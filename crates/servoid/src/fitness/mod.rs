@@ -19,6 +19,7 @@ pub use crate::simd::{Backend, BackendError};
 pub use anisotropy::{anisotropy, anisotropy_gradient};
 pub use color::ColorModel;
 pub use contour::{ContourPoint, Offset, boundary, contour};
+pub(crate) use contour::{on_outline, rim_at};
 pub use evidence::{Evidence, Total};
 pub use extent::Extent;
 pub use likelihood::{Likelihood, LikelihoodView};

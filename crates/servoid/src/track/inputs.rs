@@ -58,7 +58,12 @@ impl<'a> Inputs<'a> {
             reference: &target.reference,
             bias: &target.bias,
             offsets: &target.offsets,
-            points_measure: !is_plain(settings, &target.reference, frame.cameras.len()),
+            points_measure: !is_plain(
+                settings,
+                &target.reference,
+                frame.cameras.len(),
+                target.outlined.is_adjusted(),
+            ),
             is_blurred: frame.is_blurred,
             relief: &target.relief,
         }

@@ -24,6 +24,9 @@ pub struct TrackSettings {
     pub local_colors: bool,
     /// Whether keyframes and surface points are adjusted together, in a separate thread.
     pub adjust: bool,
+    /// Whether the outlines of an object without print adjust its body and its keyframes together, if
+    /// two or more cameras see it and its shape is a guess. A step may wait for it.
+    pub adjust_outlines: bool,
     /// Whether the distances of points that only one camera sees are estimated from motion from the
     /// start, beginning with a wide guess. Otherwise this starts once the body is found to be
     /// inaccurate. An object that hardly rotates is tracked better without it.
@@ -56,6 +59,7 @@ impl Default for TrackSettings {
             region: true,
             local_colors: true,
             adjust: true,
+            adjust_outlines: false,
             depth_from_motion: false,
             known_shape: false,
             points: 80,

@@ -2,6 +2,7 @@ use nalgebra::Matrix6;
 
 use super::TrackError;
 use super::adjust::Pending;
+use super::adjust::outlined::Outlining;
 use super::clock::Clock;
 use super::estimate::{Estimate, Notice, Status};
 use super::frame::Frame;
@@ -49,6 +50,7 @@ pub struct Tracker {
     pub(super) cell: usize,
     pub(super) color_updates: usize,
     pub(super) pending: Option<Pending>,
+    pub(super) outlining: Option<Outlining>,
     pub(super) evolving: Option<Evolving>,
     /// Whether the body changed since the last estimate.
     pub(super) has_evolved: bool,
@@ -96,6 +98,7 @@ impl Tracker {
             cell: 0,
             color_updates: 0,
             pending: None,
+            outlining: None,
             evolving: None,
             has_evolved: false,
             keyframe: None,
@@ -114,6 +117,7 @@ impl Tracker {
             return Err(TrackError::NotStarted);
         }
         self.take_adjusted();
+        self.take_outlined();
         self.has_evolved |= self.take_evolved()?;
         let expected = self.motion.predict(observation.time_s);
         if self.is_outdated(observation) {
@@ -316,6 +320,7 @@ impl Tracker {
             self.doubt_turn(observation, &hypothesis.pose);
         }
         let located = followed && self.is_located(&hypothesis.quality);
+        let adjusted = self.outlined_covariance(observation, hypothesis).filter(|_| located);
         let by_outline = located && self.is_turn_outlined(hypothesis);
         let evidence = self.evidence(&hypothesis.quality, &known.covariance, by_outline);
         let shows = by_outline
@@ -336,8 +341,10 @@ impl Tracker {
         if followed && visible < CLEAR {
             self.frame.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }
-        let mut covariance = self.covariance(&known, by_outline);
-        if followed && !by_outline {
+        let mut covariance = self.covariance(&known, by_outline || adjusted.is_some());
+        if let Some(adjusted) = adjusted {
+            covariance += adjusted;
+        } else if followed && !by_outline {
             covariance += self.shading_covariance(observation, hypothesis);
         }
         Estimate {

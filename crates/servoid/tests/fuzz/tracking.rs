@@ -53,6 +53,7 @@ fn settings(draw: &mut Draw) -> TrackSettings {
         it.region = draw.chance(0.8);
         it.local_colors = draw.chance(0.5);
         it.adjust = draw.chance(0.2);
+        it.adjust_outlines = draw.chance(0.3);
         it.depth_from_motion = draw.chance(0.3);
     });
     if draw.chance(0.8) {

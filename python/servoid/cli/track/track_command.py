@@ -228,6 +228,17 @@ def track(
             rich_help_panel=_SEARCH,
         ),
     ] = None,
+    adjust_outlines: Annotated[
+        bool | None,
+        typer.Option(
+            "--adjust-outlines/--no-adjust-outlines",
+            help="Adjust the body of an object without print to the outlines of all its sides, "
+            "and its poses with it; needs two cameras, and steps may take half a second "
+            f"(default: {'yes' if _defaults.adjust_outlines else 'no'}).",
+            show_default=False,
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
     depth_from_motion: Annotated[
         bool | None,
         typer.Option(
@@ -294,6 +305,7 @@ def track(
             budget_ms=budget_ms,
             evolve=evolve,
             adjust=adjust,
+            adjust_outlines=adjust_outlines,
             depth_from_motion=depth_from_motion,
             seed=seed,
         )

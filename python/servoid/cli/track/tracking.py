@@ -74,6 +74,7 @@ class Order:
     budget_ms: float | None
     evolve: bool | None
     adjust: bool | None
+    adjust_outlines: bool | None
     depth_from_motion: bool | None
     seed: int | None
 
@@ -307,6 +308,7 @@ def _request(order: Order) -> Request:
         budget_s=None if budget_ms is None else budget_ms / _MS_PER_S,
         evolve=order.evolve,
         adjust=order.adjust,
+        adjust_outlines=order.adjust_outlines,
         depth_from_motion=order.depth_from_motion,
         observations=order.observations,
         every=order.every,

@@ -2,6 +2,8 @@
 //! object shows new sides; later observations, ideally of a side known before, reveal by how much.
 
 mod bundle;
+mod keeping;
+pub(super) mod outlined;
 mod schur;
 mod worker;
 
@@ -10,13 +12,10 @@ use nalgebra::{Matrix6, Vector6};
 use self::bundle::{Anchor, Bundle, KeyframePrior, Landmark, Sighting, Solution, Station};
 pub(super) use self::worker::Job;
 use super::estimate::Notice;
-use super::frame::window::Window;
-use super::pose::hypothesis::Hypothesis;
 use super::target::Target;
-use super::target::keyframes::{Keyframe, KeyframePose, object_from_camera};
-use super::target::points::{Feature, LEAST_KNOWN, Match};
+use super::target::keyframes::Keyframe;
+use super::target::points::Feature;
 use super::tracker::Tracker;
-use crate::camera::Observation;
 use crate::pose::Pose;
 
 /// Observations after which a solution is applied: a fixed delay gives the same bits.
@@ -33,8 +32,6 @@ const PLACE: f64 = 0.25;
 /// Factor of the orientation's standard deviation due to noise: errors of neighbours are
 /// correlated.
 pub(super) const TOGETHER: f64 = 6.0;
-/// Standard deviation of the orientation above which known views are kept, too, in radians.
-const KEEP_KNOWN_RAD: f64 = 0.012;
 /// Standard deviation of a landmark across its ray, in pixels.
 const ANCHOR_PX: f64 = 0.15;
 /// Largest motion of a keyframe, in radii and radians, that is accepted.
@@ -52,75 +49,11 @@ pub(super) struct Pending {
 }
 
 impl Tracker {
-    /// Returns the number and the pose of the keyframe to which a pose belongs; before the first
-    /// keyframe, those that it will have.
-    pub(super) fn keyframe_around(
-        &self,
-        observation: &Observation<'_>,
-        pose: &Pose,
-    ) -> (usize, Pose) {
-        let keyframe = self.target.keyframes.around(&object_from_camera(observation, pose));
-        let upcoming = (self.target.keyframes.upcoming(), *pose);
-        keyframe.map_or(upcoming, |one| (one.number, one.world_from_object))
-    }
-
-    /// Returns the keyframe to which a pose belongs, and that of the previous pose if it was
-    /// another one, each as its number and pose.
-    pub(super) fn keyframes_around(
-        &mut self,
-        observation: &Observation<'_>,
-        pose: &Pose,
-    ) -> [Option<(usize, Pose)>; 2] {
-        if self.target.keyframes.all.is_empty() {
-            return [None; 2];
-        }
-        let own = self.keyframe_around(observation, pose);
-        let last = self.keyframe.replace(own.0).filter(|last| *last != own.0);
-        [Some(own), last.and_then(|last| Some((last, self.target.keyframes.pose(last)?)))]
-    }
-
-    /// Adds a keyframe at a trusted pose where the object shows another side, and starts an
-    /// adjustment.
-    pub(super) fn keep_keyframe(&mut self, observation: &Observation<'_>, hypothesis: &Hypothesis) {
-        let object_from_camera = object_from_camera(observation, &hypothesis.pose);
-        let adrift = self.target.points.drift_variance > KEEP_KNOWN_RAD * KEEP_KNOWN_RAD;
-        let is_given = self.target.keyframes.all.is_empty() && !self.trust.is_started();
-        let guesses = self.guesses();
-        if !self.target.keyframes.is_new(&object_from_camera, (adrift, guesses)) {
-            return;
-        }
-        let world = |window: &Window| window.projection(&Pose::identity());
-        let keyframe_pose = KeyframePose {
-            world_from_object: hypothesis.pose,
-            object_from_camera,
-            cameras: self.frame.windows.iter().map(world).collect(),
-        };
-        let seen = (&self.target.points, &*self.workspace.matches);
-        let clear = (&*self.frame.windows, &self.workspace.occlusion);
-        let drift = self.drift_of_new_points();
-        if let Some(dropped) =
-            self.target.keyframes.keep(keyframe_pose, seen, clear, (drift, is_given, guesses))
-        {
-            self.target.adopt(&dropped);
-        }
-        self.begin_adjusting(if guesses { 1 } else { DELAY });
-    }
-
-    /// Returns whether the distances of most recognised points are still guesses.
-    fn guesses(&self) -> bool {
-        if !self.target.relief.is_open {
-            return false;
-        }
-        let Target { points, solid, .. } = &self.target;
-        let seen = self.workspace.matches.iter().filter(|one| one.is_recognised());
-        let guess = |one: &&Match| points.features[one.view.point].has_free_distance(solid.radius);
-        let known = seen.clone().filter(|one| !guess(one)).count();
-        known < LEAST_KNOWN && seen.count() > known
-    }
-
     /// Starts an adjustment of all keyframes, due later; a plain object has no landmarks for it.
     fn begin_adjusting(&mut self, delay: usize) {
-        let enough = self.target.keyframes.all.len() >= LEAST_KEYFRAMES && !self.is_plain();
+        let enough = self.target.keyframes.all.len() >= LEAST_KEYFRAMES
+            && !self.is_plain()
+            && !self.is_outlined();
         if !self.settings.adjust || !enough || self.pending.is_some() {
             return;
         }
@@ -306,13 +239,15 @@ mod tests {
     use crate::pose::Twist;
     use crate::shape::{Body, Ellipsoid};
     use crate::track::target::feature::tests::feature;
+    use crate::track::target::keyframes::KeyframePose;
     use crate::track::trust::tests::tracker;
     use crate::track::{Status, TrackSettings};
 
     fn keyframe_pose(turned: f64) -> KeyframePose {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
         let object_from_camera = world_from_object.inverse().rotation();
-        KeyframePose { world_from_object, object_from_camera, cameras: vec![None] }
+        let (cameras, looks) = (vec![None], vec![None]);
+        KeyframePose { world_from_object, object_from_camera, cameras, looks }
     }
 
     #[test]

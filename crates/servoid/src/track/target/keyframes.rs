@@ -1,5 +1,6 @@
 use nalgebra::{Matrix2, UnitQuaternion, Vector2};
 
+use super::look::Look;
 use super::points::{Match, Points, RECOGNISED, bridged};
 use super::shift::Shift;
 use crate::camera::Observation;
@@ -27,7 +28,9 @@ pub(crate) struct Keyframe {
     /// Projection of the world into each camera.
     pub(crate) cameras: Vec<Option<Projection>>,
     pub(crate) sightings: Vec<Sighting>,
-    object_from_camera: UnitQuaternion<f64>,
+    /// Where each camera saw the object's boundary, if all of it was seen.
+    pub(crate) looks: Vec<Option<Look>>,
+    pub(crate) object_from_camera: UnitQuaternion<f64>,
 }
 
 /// An observation of a landmark by a camera.
@@ -46,6 +49,7 @@ pub(crate) struct KeyframePose {
     pub(crate) world_from_object: Pose,
     pub(crate) object_from_camera: UnitQuaternion<f64>,
     pub(crate) cameras: Vec<Option<Projection>>,
+    pub(crate) looks: Vec<Option<Look>>,
 }
 
 /// A keyframe that was dropped: it moves with the last one before it.
@@ -160,7 +164,7 @@ impl Keyframes {
         (windows, occlusion): (&[Window], &Occlusion),
         (drift, is_given, guesses): (f64, bool, bool),
     ) -> Option<Keyframe> {
-        let KeyframePose { world_from_object, object_from_camera, cameras } = keyframe_pose;
+        let KeyframePose { world_from_object, object_from_camera, cameras, looks } = keyframe_pose;
         let last = self.around(&object_from_camera).filter(|_| self.followed);
         let step =
             last.map(|last| (last.number, last.world_from_object.inverse() * world_from_object));
@@ -180,6 +184,7 @@ impl Keyframes {
             relief_variance: None,
             cameras,
             sightings,
+            looks,
             object_from_camera,
         });
         self.next += 1;
@@ -331,8 +336,8 @@ pub(crate) mod tests {
     fn keep(keyframes: &mut Keyframes, turned: f64) -> Option<Keyframe> {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
         let object_from_camera = world_from_object.inverse().rotation();
-        let keyframe_pose =
-            KeyframePose { world_from_object, object_from_camera, cameras: Vec::new() };
+        let (cameras, looks) = (Vec::new(), Vec::new());
+        let keyframe_pose = KeyframePose { world_from_object, object_from_camera, cameras, looks };
         let nothing = (&Points::default(), &[][..]);
         keyframes.keep(keyframe_pose, nothing, (&[], &Occlusion::default()), (0.01, false, false))
     }

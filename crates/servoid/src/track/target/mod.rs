@@ -5,6 +5,7 @@ pub(super) mod colors;
 pub(super) mod contour_offsets;
 pub(super) mod feature;
 pub(super) mod keyframes;
+pub(super) mod look;
 pub(super) mod points;
 pub(super) mod ranges;
 mod record;
@@ -28,6 +29,7 @@ use self::solid::Solid;
 use crate::camera::Channels;
 use crate::model::Attempt;
 use crate::shape::Body;
+use crate::track::adjust::outlined::Outlined;
 use crate::track::settings::TrackSettings;
 
 /// All that is known of the object: its shape, its appearance, and how well it is recognised while
@@ -46,6 +48,7 @@ pub(super) struct Target {
     pub(super) reference: Reference,
     pub(super) bias: Bias,
     pub(super) offsets: ContourOffsets,
+    pub(super) outlined: Outlined,
     /// The last attempt to add an ellipsoid, if it was in vain; not saved with what is known.
     pub(super) vain_growth: Option<Attempt>,
 }
@@ -66,6 +69,7 @@ impl Target {
             keyframes: Keyframes::default(),
             sides: Sides::default(),
             reference: Reference::default(),
+            outlined: Outlined::default(),
             vain_growth: None,
         }
     }

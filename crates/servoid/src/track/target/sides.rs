@@ -174,7 +174,8 @@ impl Side {
         let projection = Projection::new(&self.camera, &self.object_from_camera);
         let outlines: Vec<_> = solid.outlines(&projection).collect();
         let (middle, _) = projection.pixel(&Vector3::zeros())?;
-        let scores = self.scores(colors, &middle)?;
+        let image = ImageView::new(&self.pixels, self.camera.size_px(), self.channels).ok()?;
+        let scores = scores(&image, colors, &middle);
         let [width, height] = self.camera.size_px();
         let beyond = BEYOND * width.max(height) as f64;
         let (mut mask, mut both, mut either) = (vec![0; width * height], 0_usize, 0_usize);
@@ -193,42 +194,41 @@ impl Side {
         self.mask = mask;
         (both as f64 > LEAST_OVERLAP * either as f64).then_some(())
     }
+}
 
-    /// Sums the scores of pixels over squares; the border has a score of 0.
-    fn scores(&self, colors: &Colors, middle: &Vector2<f64>) -> Option<Vec<f32>> {
-        let size = self.camera.size_px();
-        let image = ImageView::new(&self.pixels, size, self.channels).ok()?;
-        let [width, height] = size;
-        let palette = colors.of(self.channels);
-        let mut scores = Vec::with_capacity(width * height);
-        for v in 0..height {
-            for u in 0..width {
-                let away = Vector2::new(u as f64, v as f64) - middle;
-                let side = colors::side(away.x as f32, away.y as f32);
-                scores.push(palette.ratio(colors::bin(&image, u, v), side));
-            }
+/// Sums the scores of pixels over squares; the border has a score of 0. `middle` is that of the
+/// object.
+pub(crate) fn scores(image: &ImageView<'_>, colors: &Colors, middle: &Vector2<f64>) -> Vec<f32> {
+    let [width, height] = image.size_px();
+    let palette = colors.of(image.channels());
+    let mut scores = Vec::with_capacity(width * height);
+    for v in 0..height {
+        for u in 0..width {
+            let away = Vector2::new(u as f64, v as f64) - middle;
+            let side = colors::side(away.x as f32, away.y as f32);
+            scores.push(palette.ratio(colors::bin(image, u, v), side));
         }
-        let along = |scores: &[f32], step: usize, from: usize| {
-            (0..BLOCK).map(|i| scores[from + i * step]).sum::<f32>()
-        };
-        let reach = BLOCK / 2;
-        let (mut rows, mut out) = (vec![0.0; scores.len()], vec![0.0; scores.len()]);
-        for v in 0..height {
-            for u in reach..width.saturating_sub(reach) {
-                rows[v * width + u] = along(&scores, 1, v * width + u - reach);
-            }
-        }
-        for v in reach..height.saturating_sub(reach) {
-            for u in 0..width {
-                out[v * width + u] = along(&rows, width, (v - reach) * width + u);
-            }
-        }
-        Some(out)
     }
+    let along = |scores: &[f32], step: usize, from: usize| {
+        (0..BLOCK).map(|i| scores[from + i * step]).sum::<f32>()
+    };
+    let reach = BLOCK / 2;
+    let (mut rows, mut out) = (vec![0.0; scores.len()], vec![0.0; scores.len()]);
+    for v in 0..height {
+        for u in reach..width.saturating_sub(reach) {
+            rows[v * width + u] = along(&scores, 1, v * width + u - reach);
+        }
+    }
+    for v in reach..height.saturating_sub(reach) {
+        for u in 0..width {
+            out[v * width + u] = along(&rows, width, (v - reach) * width + u);
+        }
+    }
+    out
 }
 
 /// Returns whether outlines, grown by some pixels, contain a pixel.
-fn holds(outlines: &[Outline], by_px: f64, [u, v]: [usize; 2]) -> bool {
+pub(crate) fn holds(outlines: &[Outline], by_px: f64, [u, v]: [usize; 2]) -> bool {
     outlines.iter().any(|outline| {
         let held = outline.grown(by_px).interval(v as f64);
         held.is_some_and(|(begin, end)| (begin..end).contains(&(u as f64)))
@@ -236,7 +236,7 @@ fn holds(outlines: &[Outline], by_px: f64, [u, v]: [usize; 2]) -> bool {
 }
 
 /// Copies a part of an image.
-fn cut(image: &ImageView<'_>, first: [usize; 2], size: [usize; 2]) -> Vec<u8> {
+pub(crate) fn cut(image: &ImageView<'_>, first: [usize; 2], size: [usize; 2]) -> Vec<u8> {
     let bytes = image.channels().count();
     let (begin, end) = (first[0] * bytes, (first[0] + size[0]) * bytes);
     (first[1]..first[1] + size[1]).flat_map(|v| &image.row(v)[begin..end]).copied().collect()

@@ -84,7 +84,6 @@ impl Tracker {
     /// Returns whether the outline alone shows the orientation of an object without print, whose
     /// shape is known and that was followed ever since its pose was given.
     pub(in crate::track) fn is_turn_outlined(&self, hypothesis: &Hypothesis) -> bool {
-        let radius = self.target.solid.radius;
         let Quality { visible, outline, .. } = hypothesis.quality;
         self.settings.known_shape
             && self.is_plain()
@@ -92,8 +91,13 @@ impl Tracker {
             && self.frame.open() >= CAMERAS
             && visible >= WHOLE
             && outline >= FITS
-            && self.lever(hypothesis) >= LEVER
-            && is_certain(&hypothesis.normal.outline.0, radius)
+            && self.is_turn_certain(hypothesis)
+    }
+
+    /// Returns whether the outline determines the orientation about all axes.
+    pub(in crate::track) fn is_turn_certain(&self, hypothesis: &Hypothesis) -> bool {
+        self.lever(hypothesis) >= LEVER
+            && is_certain(&hypothesis.normal.outline.0, self.target.solid.radius)
     }
 }
 

@@ -23,10 +23,11 @@ pub(in crate::track) fn is_plain(
     settings: &TrackSettings,
     reference: &Reference,
     cameras: usize,
+    is_adjusted: bool,
 ) -> bool {
     let Reference { printed_share, most_printed, most_textured, most_fine, .. } = *reference;
     let shows_little = most_printed < MOSTLY && most_textured < RICH * cameras as f64;
-    let is_smooth = settings.known_shape && most_fine < finely(cameras);
+    let is_smooth = (settings.known_shape || is_adjusted) && most_fine < finely(cameras);
     settings.region && printed_share.is_some() && (shows_little || is_smooth)
 }
 
@@ -36,7 +37,13 @@ fn finely(cameras: usize) -> f64 {
 
 impl Tracker {
     pub(in crate::track) fn is_plain(&self) -> bool {
-        is_plain(&self.settings, &self.target.reference, self.frame.cameras.len())
+        let is_adjusted = self.target.outlined.is_adjusted();
+        is_plain(&self.settings, &self.target.reference, self.frame.cameras.len(), is_adjusted)
+    }
+
+    /// Returns whether an object never showed a pattern that is finer than shading.
+    pub(in crate::track) fn is_smooth(&self) -> bool {
+        self.target.reference.most_fine < finely(self.frame.cameras.len())
     }
 
     /// Returns whether the object showed a pattern that is finer than shading, on any side.
@@ -83,7 +90,7 @@ mod tests {
     fn an_object_is_plain_only_once_little_of_it_proved_to_be_printed() {
         for cameras in 1..4 {
             let settings = TrackSettings::default();
-            let is_plain = |reference: &Reference| is_plain(&settings, reference, cameras);
+            let is_plain = |reference: &Reference| is_plain(&settings, reference, cameras, false);
             let seen = |share: f64, textured: f64| {
                 let (few, many) = (textured * cameras as f64, 100.0);
                 let quality = quality(1.0, many);
@@ -116,14 +123,14 @@ mod tests {
         let known = TrackSettings { known_shape: true, ..guess };
         for step in 0..=10 {
             let fine = 0.1 * f64::from(step);
-            assert!(!is_plain(&guess, &begun(fine), 2), "{fine}");
+            assert!(!is_plain(&guess, &begun(fine), 2, false), "{fine}");
             for cameras in 1..4 {
-                let is_smooth = is_plain(&known, &begun(fine), cameras);
+                let is_smooth = is_plain(&known, &begun(fine), cameras, false);
                 assert_eq!(is_smooth, fine < finely(cameras), "{fine} {cameras}");
             }
         }
-        assert!(!is_plain(&known, &Reference::default(), 2), "one never seen");
+        assert!(!is_plain(&known, &Reference::default(), 2, false), "one never seen");
         let colorless = TrackSettings { region: false, ..known };
-        assert!(!is_plain(&colorless, &begun(0.0), 2), "there is nothing else");
+        assert!(!is_plain(&colorless, &begun(0.0), 2, false), "there is nothing else");
     }
 }

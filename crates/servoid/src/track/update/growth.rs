@@ -69,7 +69,7 @@ impl Tracker {
     /// anything new to evolve by. The estimate a fixed number of observations later reports that
     /// the body has `evolved`, so the same observations give the same bits.
     pub fn begin_evolving(&mut self) -> bool {
-        if self.evolving.is_some() {
+        if self.evolving.is_some() || self.is_outlined() {
             return false;
         }
         let Some(growth) = self.target.growth(&self.settings) else { return false };

@@ -8,6 +8,7 @@ use nalgebra::Vector2;
 
 use self::detect::{DetectionPlan, detect};
 use self::templates::{TEMPLATES_APART, templates};
+use super::adjust::outlined::shows_outline;
 use super::estimate::Notice;
 use super::inputs::Inputs;
 use super::pose::hypothesis::Hypothesis;
@@ -74,6 +75,10 @@ impl Tracker {
             self.add_templates(observation, &hypothesis.pose);
             let clear = (&*self.frame.windows, &self.workspace.occlusion);
             self.target.points.count_hits(&self.workspace.matches, clear);
+        }
+        let by_outline = self.is_outlined() && shows_outline(&hypothesis.quality);
+        if !may.surface && by_outline && self.is_located(&hypothesis.quality) {
+            self.keep_keyframe(observation, hypothesis);
         }
         if may.surface {
             self.update_ranges(observation, &hypothesis.pose, &[]);

@@ -1,0 +1,222 @@
+//! How an object may have turned: the outlines fit several turns, of which the tracker follows one.
+
+use nalgebra::{Matrix6, SymmetricEigen};
+
+use super::fit::{Fitted, Scene, State};
+use super::residuals::View;
+use super::shape::Part;
+use crate::pose::{Pose, Twist};
+
+/// A state that fits best, and what it is worth.
+#[derive(Debug, Clone)]
+pub(crate) struct Adjusted {
+    pub(crate) state: State,
+    /// What is known before of its ellipsoids.
+    pub(crate) prior: Vec<Part>,
+    /// Of each keyframe.
+    pub(crate) covariances: Vec<Matrix6<f64>>,
+    /// Whether all fits but the newest keyframe.
+    pub(crate) fits_before: bool,
+    /// Whether it fits, and nothing else fits nearly as well; and whether it does so very well.
+    pub(crate) fits: bool,
+    pub(crate) is_sure: bool,
+}
+
+/// Turns that are tried, as multiples of the tracked one: of the newest keyframe, from the one before
+/// it and from the first; and of all of them, by the body of the first look, while there are few and no
+/// adjustment was sure.
+const NEWEST: [f64; 4] = [1.0, -1.0, 0.0, 2.0];
+const ALL: [f64; 2] = [-1.0, 0.3];
+const MIRRORED: f64 = -1.0;
+const FEW: usize = 8;
+/// Steps of a first fit.
+const STEPS: usize = 12;
+/// Angle, in radians, from which on another solution is a rival, and the least difference of their
+/// costs.
+const RIVAL_RAD: f64 = 0.17;
+const MARGIN: f64 = 15.0;
+/// Largest misfit of all views on average, and of the newest keyframe's, in radii, and largest
+/// standard deviation of the newest orientation about any axis, in radians, for an adjustment to be
+/// applied, and for its orientations to be reported; and the least number of keyframes for that.
+const FITS: (f64, f64, f64) = (0.008, 0.011, 0.25);
+const SURE: (f64, f64, f64) = (0.0055, 0.007, 0.13);
+/// Largest misfit of an image, in radii, for its orientation to be reported.
+const IMAGE: f64 = 0.0085;
+const LEAST_SURE: usize = 3;
+/// Factor of the standard deviations per pixel of misfit, since errors of the body are correlated
+/// between the views; and what counts as misfit where there is none, in pixels.
+const CORRELATED: f64 = 3.5;
+const LEAST_MISFIT_PX: f64 = 0.12;
+
+impl View {
+    /// Returns whether a body at a pose fits so well that its orientation there is that of the
+    /// keyframes; `radius` is that of the body.
+    pub(super) fn is_sure(&self, parts: &[Part], (pose, radius): (&Pose, f64)) -> bool {
+        let state = State { poses: vec![*pose], parts: parts.to_vec() };
+        let views = vec![Self { keyframe: 0, ..self.clone() }];
+        let scene = Scene { views, prior: state.clone(), radius };
+        let found = scene.misfits(&state).zip(scene.radius_px(&state));
+        found.is_some_and(|(misfits, radius_px)| misfits.iter().all(|one| *one < IMAGE * radius_px))
+    }
+}
+
+impl Scene {
+    /// Fits body and keyframes by all turns that are tried, and returns the best; `body` is that of
+    /// the tracker, which may have been adjusted before, and `first` the one of the first look, where
+    /// all may be turned otherwise.
+    pub(crate) fn adjusted(mut self, body: &[Part], first: Option<&[Part]>) -> Option<Adjusted> {
+        let found = self.tried(body, first);
+        let best = found.first()?;
+        let here = best.fitted.state.poses.last()?;
+        let is_rival = |one: &&Tried| {
+            one.fitted.state.poses.last().is_some_and(|pose| angle(here, pose) > RIVAL_RAD)
+        };
+        let margin = found
+            .iter()
+            .find(is_rival)
+            .map_or(f64::INFINITY, |rival| rival.fitted.cost - best.fitted.cost);
+        self.prior.parts.clone_from(&best.prior);
+        let Fitted { state, .. } = self.grown(&best.fitted.state)?;
+        self.judged(state, margin)
+    }
+
+    /// Returns what is found from all turns that are tried, the best first.
+    fn tried(&mut self, body: &[Part], first: Option<&[Part]>) -> Vec<Tried> {
+        let tracked = self.prior.poses.clone();
+        let Some(before) = tracked.len().checked_sub(2) else { return Vec::new() };
+        let newest = NEWEST.iter().map(|&times| with_newest(&tracked, before, times));
+        let newest = newest.chain(std::iter::once(with_newest(&tracked, 0, MIRRORED)));
+        let mut starts: Vec<_> =
+            newest.map(|poses| (poses, body, self.prior.parts.clone())).collect();
+        if let Some(first) = first.filter(|_| tracked.len() <= FEW) {
+            starts.extend(ALL.map(|times| (with_all(&tracked, times), first, first.to_vec())));
+        }
+        let fitted = starts.into_iter().filter_map(|(poses, parts, prior)| {
+            self.prior.parts.clone_from(&prior);
+            let fitted = self.fitted(&State { poses, parts: parts.to_vec() }, STEPS)?;
+            Some(Tried { fitted, prior })
+        });
+        let mut found: Vec<_> = fitted.collect();
+        found.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+        found
+    }
+
+    /// Returns what a state is worth whose cost is by a `margin` lower than that of any other.
+    fn judged(self, state: State, margin: f64) -> Option<Adjusted> {
+        let misfits = self.misfits(&state)?;
+        let last = state.poses.len() - 1;
+        let of = |is_newest: bool| {
+            let all = self.views.iter().zip(&misfits);
+            all.filter(move |(view, _)| (view.keyframe == last) == is_newest).map(|(_, one)| *one)
+        };
+        let newest = of(true).fold(0.0, f64::max);
+        let (all, before) = (mean(misfits.iter().copied()), mean(of(false)));
+        let factor = (CORRELATED * libm::hypot(all, LEAST_MISFIT_PX)).powi(2);
+        let covariances = self.covariances(&state)?;
+        let covariances: Vec<_> = covariances.iter().map(|one| one * factor).collect();
+        let turn = covariances.last()?.fixed_view::<3, 3>(3, 3).into_owned();
+        let turn_sd = SymmetricEigen::new(turn).eigenvalues.max().max(0.0).sqrt();
+        let px = self.radius_px(&state)?;
+        let within = |(of_all, of_newest, turn_rad): (f64, f64, f64)| {
+            let fits = all < of_all * px && newest < of_newest * px;
+            fits && margin > MARGIN && turn_sd < turn_rad
+        };
+        Some(Adjusted {
+            fits: within(FITS),
+            is_sure: within(SURE) && state.poses.len() >= LEAST_SURE,
+            fits_before: newest >= FITS.1 * px && before < FITS.0 * px,
+            prior: self.prior.parts,
+            covariances,
+            state,
+        })
+    }
+}
+
+/// What is found from a start, and what is known before of its ellipsoids.
+struct Tried {
+    fitted: Fitted,
+    prior: Vec<Part>,
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0_f64), |(sum, count), one| (sum + one, count + 1.0));
+    sum / count.max(1.0)
+}
+
+fn angle(one: &Pose, other: &Pose) -> f64 {
+    (one.inverse() * *other).log().fixed_rows::<3>(3).norm()
+}
+
+/// Returns a pose whose rotation from another one is a multiple of what it is.
+fn turned(from: &Pose, pose: &Pose, times: f64) -> Pose {
+    let turn = (from.inverse() * *pose).log().fixed_rows::<3>(3) * times;
+    let turn = Pose::exp(&Twist::new(0.0, 0.0, 0.0, turn[0], turn[1], turn[2]));
+    Pose::from_rotation(from.rotation() * turn.rotation(), pose.translation())
+}
+
+/// Returns poses of which the newest is turned by a multiple of its rotation from another one.
+fn with_newest(poses: &[Pose], from: usize, times: f64) -> Vec<Pose> {
+    let mut all = poses.to_vec();
+    let from = poses[from];
+    if let Some(newest) = all.last_mut() {
+        *newest = turned(&from, newest, times);
+    }
+    all
+}
+
+fn with_all(poses: &[Pose], times: f64) -> Vec<Pose> {
+    poses.iter().map(|pose| turned(&poses[0], pose, times)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::track::adjust::outlined::residuals::tests::{RADIUS, seen, toy};
+
+    /// The turns of the keyframes of an object that turns about an axis that is nearly upright.
+    const TURNS: [f64; 5] = [0.0, 0.12, 0.25, 0.38, 0.5];
+
+    fn poses(times: f64) -> Vec<Pose> {
+        let pose = |turn: &f64| {
+            let turn = turn * times;
+            Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, 0.0, 0.0))
+                * Pose::exp(&Twist::new(0.0, 0.0, 0.0, 0.1 * turn, turn, 0.1 * turn))
+        };
+        TURNS.iter().map(pose).collect()
+    }
+
+    /// A body of one look: as the true one, with a depth that is guessed.
+    fn guess(parts: &[Part]) -> Vec<Part> {
+        let flat = |part: &Part| {
+            let mut change = super::super::shape::Change::zeros();
+            (change[2], change[5]) = (-0.3 * part.center.z, -0.2);
+            part.moved(&change)
+        };
+        parts.iter().map(flat).collect()
+    }
+
+    fn adjusted(parts: &[Part], tracked: f64) -> Adjusted {
+        let views = poses(1.0).into_iter().enumerate();
+        let views = views.flat_map(|(keyframe, pose)| seen(parts, keyframe, &pose)).collect();
+        let guess = guess(parts);
+        let prior = State { poses: poses(tracked), parts: guess.clone() };
+        Scene { views, prior, radius: RADIUS }.adjusted(&guess, Some(&guess)).unwrap()
+    }
+
+    #[test]
+    fn outlines_of_several_keyframes_tell_a_turn_however_it_was_tracked() {
+        for tracked in [1.0, 0.4, -0.6] {
+            let found = adjusted(&toy(), tracked);
+            let newest = angle(found.state.poses.last().unwrap(), poses(1.0).last().unwrap());
+            assert!(newest < 0.06 && found.is_sure, "{tracked}: {newest} {found:?}");
+        }
+    }
+
+    #[test]
+    fn the_turn_of_a_ball_is_never_sure() {
+        let ball = [Part::ball(nalgebra::Vector3::zeros(), 0.04)];
+        for tracked in [1.0, 0.4, -0.6] {
+            assert!(!adjusted(&ball, tracked).is_sure);
+        }
+    }
+}

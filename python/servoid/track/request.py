@@ -15,6 +15,19 @@ from servoid.model.running import ProgressCallback
 from servoid.segment import Target
 from servoid.track.follower import Maker, make_one_step_tracker, make_tracker, one_step_settings
 
+_OF_CORE = (
+    "seed",
+    "population",
+    "generations",
+    "budget_s",
+    "surface",
+    "region",
+    "local_colors",
+    "adjust",
+    "adjust_outlines",
+    "depth_from_motion",
+)
+
 
 class Method(Enum):
     """Names a tracker: servoid's own, or the paper's genetic algorithm of one step per image."""
@@ -124,10 +137,7 @@ class Request:
 
     def options(self, subject: Subject | None = None) -> dict[str, int | float | bool | None]:
         """Return the settings of the core for a subject, by their names there."""
-        names = ("seed", "population", "generations", "budget_s")
-        terms = ("surface", "region", "local_colors")
-        later = ("adjust", "adjust_outlines", "depth_from_motion")
-        chosen = {name: getattr(self, name) for name in (*names, *terms, *later)}
+        chosen = {name: getattr(self, name) for name in _OF_CORE}
         knows = subject is not None and subject.known_shape and not self.evolves(subject)
         if knows and self.method is Method.REGION:
             chosen["known_shape"] = True

@@ -37,12 +37,12 @@ const RIVAL_RAD: f64 = 0.17;
 const MARGIN: f64 = 15.0;
 /// Largest misfit of all views on average, and of the newest keyframe's, in radii, and largest
 /// standard deviation of the newest orientation about any axis, in radians, for an adjustment to be
-/// applied, and for its orientations to be reported; and the least number of keyframes for that.
+/// applied, and for its covariances to be used; and the least number of keyframes for that.
 const FITS: (f64, f64, f64) = (0.008, 0.011, 0.25);
 const SURE: (f64, f64, f64) = (0.0055, 0.007, 0.13);
-/// Largest misfit of an image, in radii, for its orientation to be reported.
-const IMAGE: f64 = 0.0085;
 const LEAST_SURE: usize = 3;
+/// Largest misfit of an image, in radii, for the covariance of a keyframe to be that of its pose.
+const IMAGE: f64 = 0.0085;
 /// Factor of the standard deviations per pixel of misfit, since errors of the body are correlated
 /// between the views; and what counts as misfit where there is none, in pixels.
 const CORRELATED: f64 = 3.5;

@@ -150,8 +150,10 @@ impl Tracker {
         observation: &Observation<'_>,
         hypothesis: &Hypothesis,
     ) -> Option<Matrix6<f64>> {
-        let shows = shows_outline(&hypothesis.quality) && self.is_turn_certain(hypothesis);
-        if !self.is_outlined() || !shows {
+        let shows = self.is_outlined()
+            && shows_outline(&hypothesis.quality)
+            && self.is_turn_certain(hypothesis);
+        if !shows {
             return None;
         }
         let here = object_from_camera(observation, &hypothesis.pose);

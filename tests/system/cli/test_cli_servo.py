@@ -204,7 +204,10 @@ def test_printed_settings_read_back_and_options_come_on_top(
         ("--law best", r"error: --law: .*'best'; choose one of qp, paper"),
         ("--config none.toml", r"error: cannot read none.toml"),
         ("--config wrong.toml", r"error: wrong.toml, line 2, run: unknown key 'secs'; known keys:"),
-        ("--start-offset 3,0,0", r"error: the hand cannot start 3, 0, 0 m .*choose smaller values"),
+        (
+            "--start-offset 3,0,0",
+            r"error: the hand cannot start 3, 0, 0 m .*smaller values; .* are the capture run/look",
+        ),
     ],
 )
 def test_a_run_that_cannot_be_fails_with_one_clear_line(

@@ -330,14 +330,15 @@ impl Tracker {
                 && self.believes_relief(&hypothesis.quality);
         let most_drift = self.trust.most_drift(self.target.relief.is_open);
         let is_reliable = located && shows && is_turn_reliable(&evidence, most_drift);
-        self.trust.is_oriented = is_reliable;
+        let (visible, is_printed) = (hypothesis.quality.visible, self.is_surely_printed());
+        self.trust.orient(is_reliable, located && visible >= CLEAR, by_outline || is_printed);
+        let is_reliable = self.trust.is_oriented;
         if located && !is_reliable {
             let adrift = shows && !evidence.drifts_little(most_drift);
             let degrees = evidence.drift_rad.to_degrees();
             let notice = if adrift { Notice::Drifted { degrees } } else { Notice::TurnOpen };
             self.frame.notices.push(notice);
         }
-        let visible = hypothesis.quality.visible;
         if followed && visible < CLEAR {
             self.frame.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }

@@ -15,6 +15,11 @@ const MOSTLY: f64 = 0.85;
 const FINELY: f64 = 0.5;
 const FINELY_ALONE: f64 = 0.7;
 
+/// Largest share of the recognised points that are finely patterned, from which on an object with many
+/// points is surely printed, or the number of points per camera with the contrast of a pattern, times the
+/// shares of printed and of finely patterned ones, all at their largest: 35 are shading at times.
+const SURE: (f64, f64) = (0.92, 36.0);
+
 /// Returns whether an object showed so little of a pattern, in so many cameras, that its surface
 /// points are shading and highlights: these slide along the surface while it turns, all together,
 /// and would take its pose along. So they do not measure it, unless there is nothing else. Where the
@@ -53,6 +58,14 @@ impl Tracker {
         fine >= finely(self.frame.cameras.len())
     }
 
+    /// Returns whether an object showed so much of a fine pattern that its points cannot be shading.
+    pub(in crate::track) fn is_surely_printed(&self) -> bool {
+        let Reference { most_textured, most_printed, most_fine, .. } = self.target.reference;
+        let each = most_textured / self.frame.cameras.len() as f64;
+        let is_fine = most_fine >= SURE.0 && each >= RICH;
+        is_fine || each * most_printed * most_fine >= SURE.1
+    }
+
     /// Returns whether most of what is usually recognised is a pattern, and enough of it is seen, at
     /// measured distances, to hold the pose: only then does the tracker learn where the object's
     /// boundary is.
@@ -84,6 +97,29 @@ mod tests {
             toy.target.reference.follow(&quality(1.0, 60.0), 0.5);
         }
         assert!(toy.is_finely_patterned(&smooth), "one that turned its label away");
+    }
+
+    #[test]
+    fn an_object_is_surely_printed_only_by_many_points_and_stays_so_when_it_turns_its_print_away() {
+        let begun = |points: f64, printed: f64, fine: f64| {
+            let mut object = tracker(Status::Tracking, 0.0);
+            let (textured, all) = (printed * points, points);
+            let seen =
+                Quality { textured, printed: textured, fine: fine * all, ..quality(1.0, all) };
+            object.target.reference = Reference::default();
+            object.target.reference.begin(&seen);
+            object
+        };
+        for fine in [0.3, 0.9, 1.0] {
+            assert!(!begun(0.9 * RICH, 1.0, fine).is_surely_printed());
+        }
+        assert!(!begun(60.0, 0.7, 0.8).is_surely_printed(), "a smooth toy");
+        assert!(begun(60.0, 1.0, 0.7).is_surely_printed(), "a coarse pattern");
+        let mut labelled = begun(60.0, 0.7, 0.98);
+        for _ in 0..100 {
+            assert!(labelled.is_surely_printed());
+            labelled.target.reference.follow(&quality(1.0, 3.0), 0.5);
+        }
     }
 
     #[test]

@@ -25,6 +25,9 @@ const FOUND: f64 = 0.85;
 /// drift, where distances come from motion alone: a mirrored tilt often appears to drift just less
 /// than that.
 const REGAINED: f64 = 0.8;
+/// Clear images in a row in which the orientation is not reliable, after which it is not reported again
+/// of an object that may be without print: what is recognised there again slid along meanwhile.
+const UNRELIABLE: usize = 5;
 /// Weight of the newest image in a mean over a few.
 const LATELY: f64 = 0.3;
 /// Images without the object after which it counts as lost.
@@ -53,6 +56,8 @@ pub(in crate::track) struct Trust {
     pub(in crate::track) turn_unseen: usize,
     /// Whether the orientation was reported last.
     pub(in crate::track) is_oriented: bool,
+    /// Clear images in a row in which the orientation was not reliable.
+    unreliable: usize,
     /// Images since the orientation was last known well.
     pub(in crate::track) adrift: usize,
     /// Images since as much of it as usual was seen.
@@ -147,6 +152,17 @@ impl Trust {
         if is_open && !self.is_oriented { REGAINED * ADRIFT_RAD } else { ADRIFT_RAD }
     }
 
+    /// Decides whether an orientation is reported that is reliable by itself; an image may be clear, and
+    /// the object surely printed.
+    pub(in crate::track) fn orient(&mut self, is_reliable: bool, is_clear: bool, is_printed: bool) {
+        self.is_oriented = is_reliable && (is_printed || self.unreliable <= UNRELIABLE);
+        if self.is_oriented {
+            self.unreliable = 0;
+        } else if is_clear && !is_reliable {
+            self.unreliable += 1;
+        }
+    }
+
     /// Begins a cooldown, which ends after some clear images.
     pub(in crate::track) fn cool_down(&mut self) {
         self.cooldown = COOLDOWN;
@@ -196,6 +212,30 @@ mod tests {
         for mut later in [jumped, trust] {
             later.accept(&quality, &reference, true, 0.0);
             assert!(!later.is_continuous());
+        }
+    }
+
+    #[test]
+    fn an_orientation_that_was_long_unreliable_is_reported_again_only_of_what_is_surely_printed() {
+        for images in 0..3 * UNRELIABLE {
+            for is_printed in [false, true] {
+                let mut trust = Trust::given(true);
+                for _ in 0..100 {
+                    trust.orient(false, false, is_printed);
+                }
+                trust.orient(true, true, is_printed);
+                assert!(trust.is_oriented, "what was hidden is no worse for it");
+                for _ in 0..images {
+                    trust.orient(false, true, is_printed);
+                    assert!(!trust.is_oriented);
+                }
+                for _ in 0..100 {
+                    trust.orient(true, true, is_printed);
+                    assert_eq!(trust.is_oriented, is_printed || images <= UNRELIABLE);
+                }
+                trust.orient(true, true, true);
+                assert!(trust.is_oriented, "one that shows print at last");
+            }
         }
     }
 

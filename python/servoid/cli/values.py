@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from enum import Enum
+from typing import NamedTuple
 
 import typer
 
@@ -21,6 +22,14 @@ class Method(str, Enum):
     paper = "paper"
 
 
+class Triple(NamedTuple):
+    """Three numbers of one option."""
+
+    x: float
+    y: float
+    z: float
+
+
 class Size(str, Enum):
     """The image size of a moving sample."""
 
@@ -28,38 +37,41 @@ class Size(str, Enum):
     full = "full"
 
 
-def parse_point(text: str) -> tuple[float, float, float]:
-    """Parse `0.1,0,-0.5` as a point in metres."""
-    return parse_triple(text, "--viewpoint")
+def triple_parser(option: str) -> Callable[[str], Triple]:
+    """Return a function that parses the `0.1,0,-0.5` of an option as three numbers."""
+
+    def parse(text: str) -> Triple:
+        try:
+            numbers = [number_of(part) for part in text.split(",")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+            raise typer.BadParameter(
+                f"'{text}' is not X,Y,Z; write three numbers, such as 0,0,-0.5", param_hint=option
+            )
+        return Triple(*numbers)
+
+    return parse
 
 
-def parse_triple(text: str, option: str) -> tuple[float, float, float]:
-    """Parse `0.1,0,-0.5` as three numbers."""
-    try:
-        numbers = [number_of(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
-        raise typer.BadParameter(
-            f"'{text}' is not X,Y,Z; write three numbers, such as 0,0,-0.5", param_hint=option
-        )
-    return numbers[0], numbers[1], numbers[2]
+def slice_parser(option: str) -> Callable[[str], slice]:
+    """Return a function that parses `0:16:2`, any part of which may be left out, as a slice."""
 
+    def parse(text: str) -> slice:
+        parts = text.split(":")
+        try:
+            numbers = [int(part) if part.strip() else None for part in parts]
+        except ValueError:
+            numbers = []
+        if len(numbers) not in (2, 3) or numbers[2:] == [0]:
+            raise typer.BadParameter(
+                f"'{text}' is not a range; write START:STOP:STEP with whole numbers, any of "
+                "which may be left out, and a STEP that is not 0, such as '::2' or '0:16:2'",
+                param_hint=option,
+            )
+        return slice(*numbers)
 
-def parse_slice(text: str, option: str = "--views") -> slice:
-    """Parse `0:16:2`, any part of which may be left out, as a Python slice."""
-    parts = text.split(":")
-    try:
-        numbers = [int(part) if part.strip() else None for part in parts]
-    except ValueError:
-        numbers = []
-    if len(numbers) not in (2, 3) or numbers[2:] == [0]:
-        raise typer.BadParameter(
-            f"'{text}' is not a range; write START:STOP:STEP with whole numbers, any of "
-            "which may be left out, and a STEP that is not 0, such as '::2' or '0:16:2'",
-            param_hint=option,
-        )
-    return slice(*numbers)
+    return parse
 
 
 def check_seed(seed: int | None) -> int | None:

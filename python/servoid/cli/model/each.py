@@ -9,7 +9,7 @@ import typer
 from servoid.batch import Done, workers_for
 from servoid.batch.captures import CaptureCase, model_folder
 from servoid.cli.batch_progress import watched_batch
-from servoid.cli.model.modelling import Order
+from servoid.cli.model.model_command import ModelOrder
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 
@@ -17,11 +17,11 @@ FAILED = 1
 _WIDTH = 80
 
 
-def run_each(order: Order, workers: int | None, cluster: str | None) -> None:
+def run_each(order: ModelOrder) -> None:
     """Model all captures of a folder, and print a line for each."""
     _check(order)
     with of_options():
-        place = workers_for(workers, cluster)
+        place = workers_for(order.workers, order.cluster)
     with watched_batch(f"modelling, {place.words}") as show:
         folder = model_folder(
             Path(order.source), order.out, _case(order), workers=place, watch=show
@@ -41,7 +41,7 @@ def run_each(order: Order, workers: int | None, cluster: str | None) -> None:
         raise typer.Exit(FAILED)
 
 
-def _check(order: Order) -> None:
+def _check(order: ModelOrder) -> None:
     """Refuse options that do not apply to many captures.
 
     Raises:
@@ -57,19 +57,19 @@ def _check(order: Order) -> None:
         "--topic": order.topics or None,
         "--world": order.world,
         **dict.fromkeys(order.known.given(), True),
-        **dict.fromkeys(order.scale.given(), True),
+        **dict.fromkeys(order.scale_options, True),
     }
     for option in (option for option, value in given.items() if value is not None):
         raise OptionError(f"{option} does not apply to a folder of captures; leave it out")
 
 
-def _case(order: Order) -> CaptureCase:
+def _case(order: ModelOrder) -> CaptureCase:
     return CaptureCase(
         capture="",
         content="",
         by_paper=order.method is Method.paper,
-        targets=order.targets,
-        views=_bounds(order.views),
+        targets=tuple(order.targets),
+        views=_bounds(order.views or slice(None)),
         observations=None if order.observations is None else _bounds(order.observations),
         distance=order.distance,
         trust_targets=order.trust_targets,

@@ -2,23 +2,23 @@
 
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 from servoid._native import ModelSettings, PaperSettings
 from servoid.cli.doubting import settled
+from servoid.cli.model.model_command import ModelOrder
 from servoid.cli.model.summary import print_summary
 from servoid.cli.overwriting import check_inputs_kept, files_of
 from servoid.cli.progress import progress_bar
 from servoid.cli.scan.filming import (
-    Scale,
     find_first,
     needs_scan,
     open_first,
     print_time,
     scan_first,
 )
-from servoid.cli.scan.scanning import ScanOrder
+from servoid.cli.scan.scan_command import ScanOrder
 from servoid.cli.source.lacking import Given, check_nothing_lacks
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
@@ -38,7 +38,7 @@ from servoid.model import (
     fit_range_samples,
     range_samples_of_cloud,
 )
-from servoid.opening import GivenCalibration, doubt_calibration, open_recorded, parse_source
+from servoid.opening import doubt_calibration, open_recorded, parse_source
 from servoid.output import check_file, check_folder, make_folder
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
@@ -47,33 +47,7 @@ from servoid.words import counted
 WriteReport = Callable[..., list[Path]]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Order:
-    """The options of `servoid model`; None leaves the choice to servoid."""
-
-    source: str
-    known: GivenCalibration
-    out: Path
-    report: Path | None
-    targets: tuple[str, ...]
-    trust_targets: bool
-    method: Method
-    views: slice
-    observations: slice | None
-    viewpoint: tuple[float, float, float] | None
-    distance: float | None
-    bop_object: int | None
-    images: Path | None
-    topics: tuple[str, ...]
-    world: str | None
-    max_ellipsoids: int | None
-    delta: float | None
-    seed: int | None
-    threads: int | None
-    scale: Scale = field(default_factory=Scale)
-
-
-def run_model(order: Order) -> None:
+def run_model(order: ModelOrder) -> None:
     """Model the source, then write the report, then the body, and print a summary."""
     _check_outputs(order.out, order.report)
     with of_options():
@@ -85,7 +59,7 @@ def run_model(order: Order) -> None:
         word,
         [*files_of(targets), order.known.calibration],
     )
-    filmed = needs_scan(order.source, order.known, order.scale, order.topics)
+    filmed = needs_scan(order.source, order.known, order.scale_options, order.topics)
     if not filmed and not word.is_live and order.method is Method.region:
         options = (*(("--target", text) for text in order.targets), ("--out", order.out))
         given = Given(options=options, distance_m=order.distance, is_marked=bool(targets))
@@ -97,7 +71,7 @@ def run_model(order: Order) -> None:
         trusted = settled(lambda trust: find_first(footage, targets, trusted=trust), order)
         order = replace(order, trust_targets=trusted)
         found = scan_first(scan, footage, targets)
-        order = replace(order, source=str(found.capture), topics=())
+        order = replace(order, source=str(found.capture), topics=[])
         targets, scanned_s = found.targets, found.seconds
     result = settled(lambda trusted: _fit(order, targets, trusted=trusted), order)
     files: list[Path] = []
@@ -109,7 +83,7 @@ def run_model(order: Order) -> None:
         print_time(scanned_s, result.seconds)
 
 
-def _scan_order(order: Order) -> ScanOrder:
+def _scan_order(order: ModelOrder) -> ScanOrder:
     """Return the order of the scan that comes first, into a folder beside the body."""
     chosen = {
         "--rate": order.known.rate_hz is not None,
@@ -126,9 +100,9 @@ def _scan_order(order: Order) -> ScanOrder:
     return ScanOrder(
         source=order.source,
         out=order.out.with_name(f"{order.out.stem}_scan"),
-        lengths=order.scale.lengths,
-        board=order.scale.board,
-        baselines=order.scale.baselines,
+        length=order.length,
+        board=order.board,
+        apart=order.apart,
         threads=order.threads,
         topics=order.topics,
     )
@@ -144,7 +118,7 @@ def _check_outputs(out: Path, report: Path | None) -> None:
     check_file(out)
 
 
-def _check_settings(order: Order) -> None:
+def _check_settings(order: ModelOrder) -> None:
     """Check the settings of the method before anything is read.
 
     Raises:
@@ -170,7 +144,7 @@ def _report_writer() -> WriteReport:
     return write_report
 
 
-def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
+def _fit(order: ModelOrder, targets: list[Target], *, trusted: bool) -> ModelResult:
     with progress_bar("modelling") as update:
 
         def show(progress: Progress) -> None:
@@ -204,7 +178,7 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
         # Before the views are read, because both together would not fit into memory.
         doubt = doubt_calibration(opened.capture, is_assumed=order.known.baseline_m is not None)
         doubts = () if doubt is None else (doubt,)
-        chosen = {"observations": order.observations, "views": order.views}
+        chosen = {"observations": order.observations, "views": order.views or slice(None)}
         if order.method is Method.region:
             made = fit_capture(
                 opened.capture, request, targets=targets, distance_m=order.distance, **chosen
@@ -216,12 +190,14 @@ def _fit(order: Order, targets: list[Target], *, trusted: bool) -> ModelResult:
         return replace(made, notes=(*doubts, *opened.capture.notes, *made.notes, *opened.notes))
 
 
-def _fit_shape(order: Order, path: Path, request: Request, targets: list[Target]) -> ModelResult:
+def _fit_shape(
+    order: ModelOrder, path: Path, request: Request, targets: list[Target]
+) -> ModelResult:
     """Model a mesh or a point cloud."""
     chosen = {
         "--target": bool(targets),
         "--method paper": order.method is Method.paper,
-        "--views": order.views != slice(None),
+        "--views": order.views not in (None, slice(None)),
         "--observations": order.observations is not None,
         "--distance": order.distance is not None,
         "--bop-object": order.bop_object is not None,

@@ -1,9 +1,12 @@
 """The options of `servoid pick`."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from servoid.cli.declared import command
 
 _LAST_PORT = 65535
 _WAIT_S = 600.0
@@ -15,7 +18,10 @@ def _check_timeout(timeout_s: float) -> float:
     return timeout_s
 
 
-def pick(
+@dataclass(frozen=True, kw_only=True)
+class PickOrder:
+    """The options of `servoid pick`."""
+
     source: Annotated[
         str,
         typer.Argument(
@@ -23,22 +29,22 @@ def pick(
             help="Any recording: a capture, a video, images or a bag; its cameras need no "
             "calibration.",
         ),
-    ],
+    ]
     image: Annotated[
         int,
         typer.Option(metavar="N", min=0, help="Show the image of this observation, from 0."),
-    ] = 0,
+    ] = 0
     camera: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="Show an image of this camera (default: the first)."),
-    ] = None,
+    ] = None
     mask: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
             help="Also write the mask that was found: a .png file, white on the object.",
         ),
-    ] = None,
+    ] = None
     browser: Annotated[
         bool,
         typer.Option(
@@ -46,7 +52,7 @@ def pick(
             help="Open the page in the browser, if there is a desktop; its address is always "
             "printed.",
         ),
-    ] = True,
+    ] = True
     port: Annotated[
         int,
         typer.Option(
@@ -57,12 +63,15 @@ def pick(
             "free one).",
             show_default=False,
         ),
-    ] = 0,
+    ] = 0
     timeout: Annotated[
         float,
         typer.Option(metavar="S", callback=_check_timeout, help="Give up after this many seconds."),
-    ] = _WAIT_S,
-) -> None:
+    ] = _WAIT_S
+
+
+@command
+def pick(order: PickOrder) -> None:
     """Mark the object in the browser, see the mask that is found, and print the --target option.
 
     [bold]servoid pick photos[/bold]
@@ -73,6 +82,6 @@ def pick(
 
     The page is served to this machine alone, at an address with a secret.
     """
-    from servoid.cli.pick.picking import Order, run_pick
+    from servoid.cli.pick.picking import run_pick
 
-    run_pick(Order(source, image, camera, mask, browser, port, timeout))
+    run_pick(order)

@@ -4,7 +4,6 @@ import os
 import shlex
 import sys
 import webbrowser
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -12,6 +11,7 @@ import typer
 
 from servoid.capture import CaptureView
 from servoid.cli.overwriting import check_inputs_kept
+from servoid.cli.pick.pick_command import PickOrder
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import OutputError, TargetError
 from servoid.model.finding import find_in_view
@@ -29,20 +29,7 @@ from servoid.segment import Found
 from servoid.words import counted, digits
 
 
-@dataclass(frozen=True)
-class Order:
-    """The options of `servoid pick`."""
-
-    source: str
-    image: int
-    camera: str | None
-    mask: Path | None
-    browser: bool
-    port: int
-    timeout_s: float
-
-
-def run_pick(order: Order) -> None:
+def run_pick(order: PickOrder) -> None:
     """Ask in the browser, print the option for the command line, and write the mask on request.
 
     Raises:
@@ -58,10 +45,10 @@ def run_pick(order: Order) -> None:
         typer.echo(f"Mark the object at {server.address}", err=True)
         if order.browser and _has_desktop():
             webbrowser.open(server.address)
-        choice = server.wait(order.timeout_s)
+        choice = server.wait(order.timeout)
     if choice is None:
         raise TargetError(
-            f"nobody chose within {digits(order.timeout_s)} s; open the printed address, or "
+            f"nobody chose within {digits(order.timeout)} s; open the printed address, or "
             "give --timeout more seconds"
         )
     _print_choice(choice, order.mask)
@@ -88,7 +75,7 @@ def _print_choice(choice: Choice, mask: Path | None) -> None:
     typer.echo(f"--target {shlex.quote(str(choice.target))}")
 
 
-def _question(order: Order) -> Question:
+def _question(order: PickOrder) -> Question:
     """Return the image to mark; everything that depends on the kind of source is here."""
     word = parse_source(order.source)
     # Any lens will do, because the page shows the image as it was recorded.
@@ -105,7 +92,7 @@ def _question(order: Order) -> Question:
     return Question(view.name, image, seek)
 
 
-def _view(views: list[CaptureView], order: Order) -> CaptureView:
+def _view(views: list[CaptureView], order: PickOrder) -> CaptureView:
     names = list(dict.fromkeys(view.camera_name for view in views))
     if order.camera is not None and order.camera not in names:
         raise OptionError(

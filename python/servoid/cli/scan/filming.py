@@ -7,7 +7,8 @@ from pathlib import Path
 
 import typer
 
-from servoid.cli.scan.scanning import ScanOrder, print_scan, scanned
+from servoid.cli.scan.scan_command import ScanOrder
+from servoid.cli.scan.scanning import print_scan, scanned
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import ScanError
 from servoid.exchange import is_capture
@@ -16,20 +17,6 @@ from servoid.opening.word import Kind
 from servoid.scan import CAMERA, Footage, is_footage
 from servoid.scan.footage import image_name
 from servoid.segment import HueTarget, Target, find_with_doubts, undoubted
-
-
-@dataclass(frozen=True)
-class Scale:
-    """The options that set the scale of images without poses, as they were typed."""
-
-    lengths: tuple[str, ...] = ()
-    board: str | None = None
-    baselines: tuple[str, ...] = ()
-
-    def given(self) -> list[str]:
-        """Name the options that were given."""
-        known = {"--length": self.lengths, "--board": self.board, "--apart": self.baselines}
-        return [option for option, value in known.items() if value]
 
 
 @dataclass(frozen=True)
@@ -42,7 +29,10 @@ class Scanned:
 
 
 def needs_scan(
-    source: str, known: GivenCalibration, scale: Scale, topics: Sequence[str] = ()
+    source: str,
+    known: GivenCalibration,
+    scale_options: Sequence[str],
+    topics: Sequence[str] = (),
 ) -> bool:
     """Return whether a source consists of images without camera poses and calibration.
 
@@ -56,7 +46,7 @@ def needs_scan(
     """
     if not known.supplies_calibration and _is_silent(source, topics):
         return True
-    for option in scale.given():
+    for option in scale_options:
         raise OptionError(
             f"{option} sets the scale of images without poses and calibration, which {source} "
             "is not; leave it out"
@@ -105,7 +95,7 @@ def scan_first(order: ScanOrder, footage: Footage, targets: Sequence[Target]) ->
     """
     start = time.perf_counter()
     named = _names(footage, targets)
-    made = scanned(replace(order, wanted=tuple(name for name in named if name is not None)))
+    made = scanned(order, [name for name in named if name is not None])
     for name in named:
         if name is not None and name not in made.solution.names:
             raise ScanError(

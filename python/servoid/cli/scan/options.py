@@ -7,7 +7,7 @@ import typer
 _SCALE = "Scale of images without poses: give one of these, or lengths have no unit"
 
 Length = Annotated[
-    list[str] | None,
+    list[str],
     typer.Option(
         "--length",
         metavar="IMAGE:U0,V0,U1,V1=M",
@@ -27,7 +27,7 @@ Board = Annotated[
     ),
 ]
 Apart = Annotated[
-    list[str] | None,
+    list[str],
     typer.Option(
         "--apart",
         metavar="IMAGE,IMAGE=M",
@@ -35,3 +35,17 @@ Apart = Annotated[
         rich_help_panel=_SCALE,
     ),
 ]
+
+
+class ScaleOptions:
+    """The part of a command's options that sets the scale of images without poses."""
+
+    length: Length
+    board: Board
+    apart: Apart
+
+    @property
+    def scale_options(self) -> list[str]:
+        """Name the options that were given."""
+        known = {"--length": self.length, "--board": self.board, "--apart": self.apart}
+        return [option for option, value in known.items() if value]

@@ -1,19 +1,24 @@
 """The options of `servoid scan`."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from servoid.cli.scan.options import Apart, Board, Length
-from servoid.cli.source.options import Baseline, Calibration, Fov, Topic, known_cameras
+from servoid.cli.declared import command
+from servoid.cli.scan.options import Apart, Board, Length, ScaleOptions
+from servoid.cli.source.options import Baseline, Calibration, CameraOptions, Fov, Topic
 from servoid.cli.values import check_threads
 
 _SCALE = "Scale: give one of these, or lengths have no unit"
 _WHAT = "Which parts of the images"
 
 
-def scan(
+@dataclass(frozen=True, kw_only=True)
+class ScanOrder(CameraOptions, ScaleOptions):
+    """The options of `servoid scan`."""
+
     source: Annotated[
         str,
         typer.Argument(
@@ -22,15 +27,15 @@ def scan(
             "LEFT.mp4+RIGHT.mp4 or side-by-side:VIDEO of a stereo pair, a bag, or a recording.",
             show_default=False,
         ),
-    ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder of the capture to write.")],
-    length: Length = None,
-    board: Board = None,
-    apart: Apart = None,
-    baseline: Baseline = None,
-    fov: Fov = None,
-    calibration: Calibration = None,
-    topic: Topic = None,
+    ]
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder of the capture to write.")]
+    length: Length = field(default_factory=list)
+    board: Board = None
+    apart: Apart = field(default_factory=list)
+    baseline: Baseline = None
+    fov: Fov = None
+    calibration: Calibration = None
+    topics: Topic = field(default_factory=list)
     inside: Annotated[
         str | None,
         typer.Option(
@@ -39,7 +44,7 @@ def scan(
             "box:U0,V0,U1,V1, hue:LOW..HIGH or background:FILE in every image.",
             rich_help_panel=_WHAT,
         ),
-    ] = None,
+    ] = None
     turntable: Annotated[
         bool,
         typer.Option(
@@ -47,7 +52,7 @@ def scan(
             help="The camera is fixed and the object turns: ignore the static background.",
             rich_help_panel=_WHAT,
         ),
-    ] = False,
+    ] = False
     masks: Annotated[
         Path | None,
         typer.Option(
@@ -55,7 +60,7 @@ def scan(
             help="Masks of the object, named like the images, to copy into the capture.",
             rich_help_panel=_WHAT,
         ),
-    ] = None,
+    ] = None
     threads: Annotated[
         int | None,
         typer.Option(
@@ -63,8 +68,11 @@ def scan(
             metavar="N",
             help="Detect and match features with this many threads (default: all cores).",
         ),
-    ] = None,
-) -> None:
+    ] = None
+
+
+@command
+def scan(order: ScanOrder) -> None:
     """Find the poses and the calibration of a video, of photographs, or of a recording.
 
     [bold]servoid scan film.mp4 --out capture[/bold]
@@ -76,21 +84,6 @@ def scan(
 
     [bold]servoid scan left.mp4+right.mp4 --out capture --baseline 0.06[/bold]
     """
-    known = known_cameras(fov, baseline, calibration, None)
-    from servoid.cli.scan.scanning import ScanOrder, run_scan
+    from servoid.cli.scan.scanning import run_scan
 
-    run_scan(
-        ScanOrder(
-            source=source,
-            out=out,
-            lengths=tuple(length or ()),
-            board=board,
-            baselines=tuple(apart or ()),
-            inside=inside,
-            turntable=turntable,
-            masks=masks,
-            threads=threads,
-            known=known,
-            topics=tuple(topic or ()),
-        )
-    )
+    run_scan(order)

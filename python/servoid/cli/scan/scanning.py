@@ -2,8 +2,8 @@
 
 import math
 import textwrap
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -11,32 +11,15 @@ import typer
 from servoid.cli.extras import check_extras
 from servoid.cli.overwriting import check_inputs_outside
 from servoid.cli.progress import progress_bar
+from servoid.cli.scan.scan_command import ScanOrder
 from servoid.cli.wrong_options import OptionError, of_options
-from servoid.opening import GivenCalibration, open_filmed, parse_source
+from servoid.opening import open_filmed, parse_source
 from servoid.scan import Request, Scan, parse_baseline, parse_board, parse_length, scan
 from servoid.segment import ClickTarget, MaskTarget, Target, parse_target
 from servoid.words import digits
 
 _LABEL_WIDTH = 15
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
-
-
-@dataclass(frozen=True, kw_only=True)
-class ScanOrder:
-    """The options of `servoid scan`."""
-
-    source: str
-    out: Path
-    lengths: tuple[str, ...] = ()
-    board: str | None = None
-    baselines: tuple[str, ...] = ()
-    inside: str | None = None
-    turntable: bool = False
-    masks: Path | None = None
-    wanted: tuple[str, ...] = ()
-    threads: int | None = None
-    known: GivenCalibration = field(default_factory=GivenCalibration)
-    topics: tuple[str, ...] = ()
 
 
 def run_scan(order: ScanOrder) -> None:
@@ -47,12 +30,12 @@ def run_scan(order: ScanOrder) -> None:
     )
 
 
-def scanned(order: ScanOrder) -> Scan:
-    """Scan the source and write the capture, with a progress bar."""
+def scanned(order: ScanOrder, wanted: Sequence[str] = ()) -> Scan:
+    """Scan the source and write the capture, with a progress bar; `wanted` are key images."""
     check_extras("servoid scan", {"pycolmap": "scan", "matplotlib": "view"})
     from servoid.view.scan.scan_report import scan_page
 
-    base = _request(order)
+    base = _request(order, wanted)
     word = parse_source(order.source)
     check_inputs_outside(("--out", order.out), [*word.places, order.masks])
     filmed = open_filmed(word, order.known, topics=order.topics)
@@ -67,16 +50,16 @@ def scanned(order: ScanOrder) -> Scan:
         return scan(filmed.footage, order.out, request, scan_page)
 
 
-def _request(order: ScanOrder) -> Request:
+def _request(order: ScanOrder, wanted: Sequence[str]) -> Request:
     with of_options():
         return Request(
-            lengths=tuple(map(parse_length, order.lengths)),
+            lengths=tuple(map(parse_length, order.length)),
             board=None if order.board is None else parse_board(order.board),
-            baselines=tuple(map(parse_baseline, order.baselines)),
+            baselines=tuple(map(parse_baseline, order.apart)),
             inside=None if order.inside is None else _inside(order.inside),
             turntable=order.turntable,
             masks=order.masks,
-            wanted=order.wanted,
+            wanted=tuple(wanted),
             threads=order.threads,
         )
 

@@ -1,18 +1,23 @@
 """The options of `servoid servo`."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from servoid.cli.values import Method, check_seed, parse_triple
+from servoid.cli.declared import Sets, command, given_settings, setting_options
+from servoid.cli.values import Method, Triple, check_seed, triple_parser
 
 _WORLD = "The world"
 _RUN = "What to do"
 _OUTPUT = "What to write"
 
 
-def servo(
+@dataclass(frozen=True, kw_only=True)
+class ServoOptions:
+    """The options of `servoid servo`; None leaves a setting as it is."""
+
     out: Annotated[
         Path | None,
         typer.Option(
@@ -20,7 +25,7 @@ def servo(
             help="The folder for log, video, plots and report; it is made if missing.",
             rich_help_panel=_OUTPUT,
         ),
-    ] = None,
+    ] = None
     video: Annotated[
         bool,
         typer.Option(
@@ -28,7 +33,7 @@ def servo(
             help="Write a video of the cameras' images and of the scene.",
             rich_help_panel=_OUTPUT,
         ),
-    ] = True,
+    ] = True
     mcap: Annotated[
         bool,
         typer.Option(
@@ -36,7 +41,7 @@ def servo(
             help="Write run.mcap with ROS 2 messages: images, joints, poses, the body.",
             rich_help_panel=_OUTPUT,
         ),
-    ] = False,
+    ] = False
     config: Annotated[
         Path | None,
         typer.Option(
@@ -44,7 +49,7 @@ def servo(
             help="Settings in TOML, as --print-config prints them; options override them.",
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     print_config: Annotated[
         bool,
         typer.Option(
@@ -52,17 +57,19 @@ def servo(
             help="Print every setting as commented TOML, and exit.",
             rich_help_panel=_RUN,
         ),
-    ] = False,
+    ] = False
     world: Annotated[
         str | None,
+        Sets("world.arm.name"),
         typer.Option(
             metavar="ARM",
             help="The arm: pa10, or an MJCF or URDF file (default {servo.world.arm.name}).",
             rich_help_panel=_WORLD,
         ),
-    ] = None,
+    ] = None
     object_name: Annotated[
         str | None,
+        Sets("world.object.name"),
         typer.Option(
             "--object",
             metavar="NAME",
@@ -70,26 +77,29 @@ def servo(
             "plain_bottle or plain_mug (default {servo.world.object.name}).",
             rich_help_panel=_WORLD,
         ),
-    ] = None,
+    ] = None
     path: Annotated[
         str | None,
+        Sets("world.object.path"),
         typer.Option(
             metavar="PATH",
             help="The object's motion: still, line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7 "
             "or recorded:FILE (default {servo.world.object.path}).",
             rich_help_panel=_WORLD,
         ),
-    ] = None,
+    ] = None
     background: Annotated[
         str | None,
+        Sets("world.background"),
         typer.Option(
             metavar="NAME",
             help="The background: cluttered or plain (default {servo.world.background}).",
             rich_help_panel=_WORLD,
         ),
-    ] = None,
+    ] = None
     ideal: Annotated[
         bool | None,
+        Sets("world.ideal"),
         typer.Option(
             "--ideal/--laboratory",
             help="A world without errors, or with those of a decent laboratory: of calibration, "
@@ -98,9 +108,10 @@ def servo(
             show_default=False,
             rich_help_panel=_WORLD,
         ),
-    ] = None,
+    ] = None
     target: Annotated[
         str | None,
+        Sets("run.target"),
         typer.Option(
             metavar="TARGET",
             help="How the object is marked in the first left image: hand, box or click, with a "
@@ -108,62 +119,72 @@ def servo(
             "servoid track (default {servo.run.target}).",
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     trust_target: Annotated[
         bool | None,
+        Sets("run.trust_target"),
         typer.Option(
             "--trust-target",
             help="Use a target even if it may mean several objects.",
             show_default=False,
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     seconds: Annotated[
         float | None,
+        Sets("run.seconds"),
         typer.Option(
             metavar="S",
             help="Duration of servoing (default {servo.run.seconds}).",
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     looks: Annotated[
         int | None,
+        Sets("servo.look.count"),
         typer.Option(
             metavar="N",
             help="Viewpoints from which the hand looks at the object before it is modelled; with 1 "
             "the hand stays where it is (default {servo.servo.look.count}).",
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     goal: Annotated[
-        str | None,
+        Triple | None,
+        Sets("run.goal"),
         typer.Option(
+            parser=triple_parser("--goal"),
             metavar="X,Y,Z",
             help="Desired position of the object's centre in the hand's frame, z forward, in "
             "metres (default {servo.run.goal}).",
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     start_offset: Annotated[
-        str | None,
+        Triple | None,
+        Sets("run.start_offset"),
         typer.Option(
+            parser=triple_parser("--start-offset"),
             metavar="X,Y,Z",
             help="Initial offset of the hand from its goal, in metres (default "
             "{servo.run.start_offset}).",
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     start_turn: Annotated[
-        str | None,
+        Triple | None,
+        Sets("run.start_turn_deg"),
         typer.Option(
+            parser=triple_parser("--start-turn"),
             metavar="X,Y,Z",
             help="Its initial rotation from the goal: a rotation vector in degrees (default "
             "{servo.run.start_turn_deg}).",
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     feed_forward: Annotated[
         bool | None,
+        Sets("servo.hand.feed_forward"),
         typer.Option(
             "--feed-forward/--no-feed-forward",
             help="Add the object's estimated velocity, or let the hand lag (default: "
@@ -171,20 +192,22 @@ def servo(
             show_default=False,
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     law: Annotated[
         str | None,
+        Sets("servo.joints.law"),
         typer.Option(
             metavar="qp|paper",
             help="How a hand velocity becomes joint speeds: by a QP within all limits, or by the "
             "paper's pseudo-inverse (default {servo.servo.joints.law}).",
             rich_help_panel=_RUN,
         ),
-    ] = None,
+    ] = None
     method: Annotated[
         Method | None,
+        Sets("track.method"),
         typer.Option(help="How to track (default {servo.track.method}).", rich_help_panel=_RUN),
-    ] = None,
+    ] = None
     paper: Annotated[
         bool,
         typer.Option(
@@ -193,9 +216,10 @@ def servo(
             "filter, no prediction, no feed-forward. Other options override it.",
             rich_help_panel=_RUN,
         ),
-    ] = False,
+    ] = False
     seed: Annotated[
         int | None,
+        Sets("world.seed", "track.seed"),
         typer.Option(
             callback=check_seed,
             metavar="S",
@@ -203,8 +227,11 @@ def servo(
             "{servo.world.seed}).",
             rich_help_panel=_RUN,
         ),
-    ] = None,
-) -> None:
+    ] = None
+
+
+@command
+def servo(options: ServoOptions) -> None:
     """Let a simulated arm model an object that it has never seen, and follow it.
 
     [bold]servoid servo --object bottle --path sine:0.15@10s --seconds 20 --out out/run[/bold]
@@ -216,41 +243,18 @@ def servo(
     from servoid.cli.extras import check_extras
     from servoid.cli.servo.servo_order import EXTRAS, Order, paper_values, print_settings
 
-    def triple(option: str, text: str | None) -> tuple[str, Any]:
-        return option, None if text is None else parse_triple(text, option)
-
-    options: dict[str, tuple[str, Any]] = {
-        "world.arm.name": ("--world", world),
-        "world.object.name": ("--object", object_name),
-        "world.object.path": ("--path", path),
-        "world.background": ("--background", background),
-        "world.ideal": ("--ideal", ideal),
-        "world.seed": ("--seed", seed),
-        "track.seed": ("--seed", seed),
-        "track.method": ("--method", None if method is None else method.value),
-        "run.target": ("--target", target),
-        "run.trust_target": ("--trust-target", trust_target),
-        "run.seconds": ("--seconds", seconds),
-        "servo.look.count": ("--looks", looks),
-        "servo.hand.feed_forward": ("--feed-forward", feed_forward),
-        "servo.joints.law": ("--law", law),
-        "run.goal": triple("--goal", goal),
-        "run.start_offset": triple("--start-offset", start_offset),
-        "run.start_turn_deg": triple("--start-turn", start_turn),
-    }
-    given = {key: value for key, (_, value) in options.items() if value is not None}
     order = Order(
-        out=out,
-        video=video,
-        mcap=mcap,
-        config=config,
-        values=(paper_values() if paper else {}) | given,
-        names={key: option for key, (option, _) in options.items()},
+        out=options.out,
+        video=options.video,
+        mcap=options.mcap,
+        config=options.config,
+        values=(paper_values() if options.paper else {}) | given_settings(options),
+        names=setting_options(ServoOptions),
     )
-    if print_config:
+    if options.print_config:
         print_settings(order)
     else:
-        check_extras("servoid servo", EXTRAS | ({"rosbags": "bags"} if mcap else {}))
+        check_extras("servoid servo", EXTRAS | ({"rosbags": "bags"} if options.mcap else {}))
         from servoid.cli.servo.servoing import run_servo
 
         run_servo(order)

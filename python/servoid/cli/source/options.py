@@ -1,6 +1,7 @@
 """The argument SOURCE and the options that calibrate its cameras, the same for all commands."""
 
 import math
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -70,7 +71,7 @@ Rate = Annotated[
     ),
 ]
 Topic = Annotated[
-    list[str] | None,
+    list[str],
     typer.Option(
         "--topic",
         metavar="TOPIC",
@@ -100,18 +101,32 @@ Duration = Annotated[
 ]
 
 
-def known_cameras(
-    fov: float | None, baseline: float | None, calibration: Path | None, rate: float | None
-) -> "GivenCalibration":
-    """Return the calibration that the options give.
+class CameraOptions:
+    """The part of a command's options that calibrates its cameras."""
 
-    Raises:
-        OptionError: a value is out of range, or two contradict each other.
+    fov: Fov
+    baseline: Baseline
+    calibration: Calibration
+    rate: Rate = None
 
-    """
-    from servoid.opening import GivenCalibration
+    def __post_init__(self) -> None:
+        """Check the calibration before anything else.
 
-    with of_options():
-        return GivenCalibration(
-            fov_deg=fov, baseline_m=baseline, calibration=calibration, rate_hz=rate
-        )
+        Raises:
+            OptionError: a value is out of range, or two contradict each other.
+
+        """
+        _ = self.known
+
+    @cached_property
+    def known(self) -> "GivenCalibration":
+        """Return the calibration that the options give."""
+        from servoid.opening import GivenCalibration
+
+        with of_options():
+            return GivenCalibration(
+                fov_deg=self.fov,
+                baseline_m=self.baseline,
+                calibration=self.calibration,
+                rate_hz=self.rate,
+            )

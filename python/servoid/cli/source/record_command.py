@@ -1,47 +1,55 @@
 """The options of `servoid record` and `servoid sources`."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from servoid.cli.declared import command
 from servoid.cli.source.options import (
     LIVE_HELP,
     SOURCE_HELP,
     Baseline,
     Calibration,
+    CameraOptions,
     Duration,
     Fov,
     Rate,
     Topic,
     World,
-    known_cameras,
 )
 from servoid.cli.values import check_count
 
 
-def record(
+@dataclass(frozen=True, kw_only=True)
+class RecordOrder(CameraOptions):
+    """The options of `servoid record`; None leaves the choice to servoid."""
+
     source: Annotated[
         str, typer.Argument(metavar="SOURCE", help=f"{SOURCE_HELP}{LIVE_HELP}.", show_default=False)
-    ],
+    ]
     out: Annotated[
         Path,
         typer.Option(
             metavar="PATH", help="The recording to write: a folder, or a file that ends in .mcap."
         ),
-    ],
-    duration: Duration = None,
+    ]
+    duration: Duration = None
     count: Annotated[
         int | None,
         typer.Option(callback=check_count, metavar="N", help="End after this many observations."),
-    ] = None,
-    fov: Fov = None,
-    baseline: Baseline = None,
-    calibration: Calibration = None,
-    rate: Rate = None,
-    topic: Topic = None,
-    world: World = None,
-) -> None:
+    ] = None
+    fov: Fov = None
+    baseline: Baseline = None
+    calibration: Calibration = None
+    rate: Rate = None
+    topics: Topic = field(default_factory=list)
+    world: World = None
+
+
+@command
+def record(order: RecordOrder) -> None:
     """Record the images of cameras, so that tracking the recording gives the same poses.
 
     A folder can be recorded without a calibration of the cameras.
@@ -52,10 +60,9 @@ def record(
 
     [bold]servoid record film.mp4 --fov 65 --out film.mcap[/bold]
     """
-    known = known_cameras(fov, baseline, calibration, rate)
-    from servoid.cli.source.recording import Order, run_record
+    from servoid.cli.source.recording import run_record
 
-    run_record(Order(source, out, known, duration, count, tuple(topic or ()), world))
+    run_record(order)
 
 
 def sources() -> None:

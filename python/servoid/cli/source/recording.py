@@ -2,8 +2,6 @@
 
 import textwrap
 from collections import Counter
-from dataclasses import dataclass
-from pathlib import Path
 
 import typer
 
@@ -12,10 +10,10 @@ from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.progress import progress_bar
 from servoid.cli.source.converting import convert
 from servoid.cli.source.footage import LiveFootage
+from servoid.cli.source.record_command import RecordOrder
 from servoid.cli.source.recorders import check_recorder, is_mcap
 from servoid.cli.wrong_options import OptionError
 from servoid.opening import (
-    GivenCalibration,
     Kind,
     SourceWord,
     any_cameras,
@@ -40,20 +38,7 @@ _UNSEATED = (
 )
 
 
-@dataclass(frozen=True)
-class Order:
-    """The options of `servoid record`; None leaves the choice to servoid."""
-
-    source: str
-    out: Path
-    known: GivenCalibration
-    duration_s: float | None
-    count: int | None
-    topics: tuple[str, ...] = ()
-    world: str | None = None
-
-
-def run_record(order: Order) -> None:
+def run_record(order: RecordOrder) -> None:
     """Record until the end or Ctrl-C, move the recording to its path, and print a summary."""
     word = parse_source(order.source)
     check_inputs_kept([("--out", order.out)], word, [order.known.calibration])
@@ -69,7 +54,7 @@ def run_record(order: Order) -> None:
         _convert(order, word)
 
 
-def _check_live(order: Order, word: SourceWord) -> None:
+def _check_live(order: RecordOrder, word: SourceWord) -> None:
     for option, value in (("--topic", order.topics), ("--world", order.world)):
         if value:
             raise OptionError(f"{word} is live, and {option} applies to a bag only; leave it out")
@@ -80,7 +65,7 @@ def _check_live(order: Order, word: SourceWord) -> None:
         )
 
 
-def _is_uncalibrated(order: Order, word: SourceWord) -> bool:
+def _is_uncalibrated(order: RecordOrder, word: SourceWord) -> bool:
     """Return whether neither the source nor the options calibrate the cameras.
 
     Raises:
@@ -101,8 +86,8 @@ def _is_uncalibrated(order: Order, word: SourceWord) -> bool:
     return is_silent
 
 
-def _check_recorded(order: Order, word: SourceWord) -> None:
-    for option, value in (("--duration", order.duration_s), ("--count", order.count)):
+def _check_recorded(order: RecordOrder, word: SourceWord) -> None:
+    for option, value in (("--duration", order.duration), ("--count", order.count)):
         if value is not None:
             raise OptionError(f"{word} is recorded, so {option} does not apply; leave it out")
     if word.kind is Kind.CAPTURE and not is_mcap(order.out):
@@ -111,7 +96,7 @@ def _check_recorded(order: Order, word: SourceWord) -> None:
         )
 
 
-def _convert(order: Order, word: SourceWord) -> None:
+def _convert(order: RecordOrder, word: SourceWord) -> None:
     is_uncalibrated = not is_mcap(order.out) and _is_uncalibrated(order, word)
     known = any_cameras(order.known) if is_uncalibrated else order.known
     opened = open_recorded(word, known, topics=order.topics, world=order.world)
@@ -138,7 +123,7 @@ def _convert(order: Order, word: SourceWord) -> None:
     _print([*notes, ("recording", str(order.out))])
 
 
-def _record(order: Order, word: SourceWord) -> None:
+def _record(order: RecordOrder, word: SourceWord) -> None:
     notices: Counter[str] = Counter()
     first_s = last_s = 0.0
     is_stopped = False
@@ -146,7 +131,7 @@ def _record(order: Order, word: SourceWord) -> None:
     footage = LiveFootage(
         word,
         any_cameras(order.known) if is_uncalibrated else order.known,
-        duration_s=order.duration_s,
+        duration_s=order.duration,
         record=order.out,
         is_calibrated=not is_uncalibrated,
     )
@@ -181,7 +166,7 @@ def _record(order: Order, word: SourceWord) -> None:
         rows.append(("note", _UNCALIBRATED))
     rows += [("assumed", note) for note in footage.notes]
     _print([*rows, ("recording", str(order.out))])
-    if is_stopped and order.duration_s is not None:
+    if is_stopped and order.duration is not None:
         typer.echo(f"interrupted after {counted(count, 'observation')}", err=True)
         raise typer.Exit(INTERRUPTED)
 

@@ -1,25 +1,27 @@
 """The options of `servoid track`."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from servoid._native import TrackSettings
+from servoid.cli.declared import command
 from servoid.cli.source.options import (
     LIVE,
     LIVE_HELP,
     SOURCE_HELP,
     Baseline,
     Calibration,
+    CameraOptions,
     Duration,
     Fov,
     Rate,
     Topic,
     World,
-    known_cameras,
 )
-from servoid.cli.values import Method, check_count, check_seed, checked_by, parse_slice
+from servoid.cli.values import Method, check_count, check_seed, checked_by, slice_parser
 
 _defaults = TrackSettings()
 
@@ -36,29 +38,34 @@ def _check_budget(budget_ms: float | None) -> float | None:
     return budget_ms
 
 
-def track(
+@dataclass(frozen=True, kw_only=True)
+class TrackOrder(CameraOptions):
+    """The options of `servoid track`; None leaves the choice to servoid."""
+
     source: Annotated[
         str, typer.Argument(metavar="SOURCE", help=f"{SOURCE_HELP}{LIVE_HELP}.", show_default=False)
-    ],
-    body: Annotated[
-        list[str] | None,
+    ]
+    bodies: Annotated[
+        list[str],
         typer.Option(
+            "--body",
             metavar="[NAME=]FILE",
             help="The body to track, a .json file written by model; without one, the object is "
             "modelled from the first observation. May be given several times.",
             rich_help_panel=_OBJECT,
         ),
-    ] = None,
-    target: Annotated[
-        list[str] | None,
+    ] = field(default_factory=list)
+    targets: Annotated[
+        list[str],
         typer.Option(
+            "--target",
             metavar="[NAME=]TARGET",
             help="Where the object is in the first observation: mask:FILE, box:U0,V0,U1,V1, "
             "click:U,V, hue:LOW..HIGH or background:FILE, each with @VIEW at its end if not for "
             "the first view (default: the capture's masks). May be given several times.",
             rich_help_panel=_OBJECT,
         ),
-    ] = None,
+    ] = field(default_factory=list)
     trust_targets: Annotated[
         bool,
         typer.Option(
@@ -66,21 +73,22 @@ def track(
             help="Use a target even if it may mean several objects; the summary then says so.",
             rich_help_panel=_OBJECT,
         ),
-    ] = False,
-    start: Annotated[
-        list[str] | None,
+    ] = False
+    starts: Annotated[
+        list[str],
         typer.Option(
+            "--start",
             metavar="[NAME=]POSE",
             help="Pose of the body in the first observation: X,Y,Z,QW,QX,QY,QZ, or the word "
             "body for the pose in its file (default: where it fits the target or mask).",
             rich_help_panel=_OBJECT,
         ),
-    ] = None,
-    fov: Fov = None,
-    baseline: Baseline = None,
-    calibration: Calibration = None,
-    rate: Rate = None,
-    duration: Duration = None,
+    ] = field(default_factory=list)
+    fov: Fov = None
+    baseline: Baseline = None
+    calibration: Calibration = None
+    rate: Rate = None
+    duration: Duration = None
     record: Annotated[
         Path | None,
         typer.Option(
@@ -89,7 +97,7 @@ def track(
             "poses.",
             rich_help_panel=LIVE,
         ),
-    ] = None,
+    ] = None
     distance: Annotated[
         float | None,
         typer.Option(
@@ -98,7 +106,7 @@ def track(
             "with a single camera.",
             rich_help_panel=_OBJECT,
         ),
-    ] = None,
+    ] = None
     out: Annotated[
         Path,
         typer.Option(
@@ -107,7 +115,7 @@ def track(
             "each gets a file with _NAME before the ending.",
             rich_help_panel=_OUTPUT,
         ),
-    ] = Path("poses.csv"),
+    ] = Path("poses.csv")
     video: Annotated[
         Path | None,
         typer.Option(
@@ -115,7 +123,7 @@ def track(
             help="Write an .mp4 with the objects drawn over the images.",
             rich_help_panel=_OUTPUT,
         ),
-    ] = None,
+    ] = None
     mcap: Annotated[
         Path | None,
         typer.Option(
@@ -124,7 +132,7 @@ def track(
             "bodies and diagnostics.",
             rich_help_panel=_OUTPUT,
         ),
-    ] = None,
+    ] = None
     save_body: Annotated[
         Path | None,
         typer.Option(
@@ -132,7 +140,7 @@ def track(
             help="Write the body as it evolved, a .json file; named like --out.",
             rich_help_panel=_OUTPUT,
         ),
-    ] = None,
+    ] = None
     smooth: Annotated[
         Path | None,
         typer.Option(
@@ -141,7 +149,7 @@ def track(
             "that of --out.",
             rich_help_panel=_OUTPUT,
         ),
-    ] = None,
+    ] = None
     report: Annotated[
         Path | None,
         typer.Option(
@@ -150,18 +158,19 @@ def track(
             "the result of each observation; of several objects, into DIR_NAME each.",
             rich_help_panel=_OUTPUT,
         ),
-    ] = None,
+    ] = None
     observations: Annotated[
-        str,
+        slice | None,
         typer.Option(
+            parser=slice_parser("--observations"),
             metavar="START:STOP:STEP",
             help="Track through these instants only, sliced as in Python (default: all).",
             show_default=False,
             rich_help_panel=_IMAGES,
         ),
-    ] = ":",
-    topic: Topic = None,
-    world: World = None,
+    ] = None
+    topics: Topic = field(default_factory=list)
+    world: World = None
     every: Annotated[
         int,
         typer.Option(
@@ -171,7 +180,7 @@ def track(
             show_default=False,
             rich_help_panel=_IMAGES,
         ),
-    ] = 1,
+    ] = 1
     method: Annotated[
         Method,
         typer.Option(
@@ -179,7 +188,7 @@ def track(
             "that it starts from, as a baseline.",
             rich_help_panel=_SEARCH,
         ),
-    ] = Method.region,
+    ] = Method.region
     population: Annotated[
         int | None,
         typer.Option(
@@ -188,7 +197,7 @@ def track(
             help=f"Hypotheses per generation (default {_defaults.population}).",
             rich_help_panel=_SEARCH,
         ),
-    ] = None,
+    ] = None
     generations: Annotated[
         int | None,
         typer.Option(
@@ -198,7 +207,7 @@ def track(
             f"{_defaults.generations}).",
             rich_help_panel=_SEARCH,
         ),
-    ] = None,
+    ] = None
     budget_ms: Annotated[
         float | None,
         typer.Option(
@@ -207,7 +216,7 @@ def track(
             help="Start no generation after this time; the estimates then depend on the machine.",
             rich_help_panel=_SEARCH,
         ),
-    ] = None,
+    ] = None
     evolve: Annotated[
         bool | None,
         typer.Option(
@@ -217,7 +226,7 @@ def track(
             show_default=False,
             rich_help_panel=_SEARCH,
         ),
-    ] = None,
+    ] = None
     adjust: Annotated[
         bool | None,
         typer.Option(
@@ -227,7 +236,7 @@ def track(
             show_default=False,
             rich_help_panel=_SEARCH,
         ),
-    ] = None,
+    ] = None
     adjust_outlines: Annotated[
         bool | None,
         typer.Option(
@@ -238,7 +247,7 @@ def track(
             show_default=False,
             rich_help_panel=_SEARCH,
         ),
-    ] = None,
+    ] = None
     depth_from_motion: Annotated[
         bool | None,
         typer.Option(
@@ -250,7 +259,7 @@ def track(
             show_default=False,
             rich_help_panel=_SEARCH,
         ),
-    ] = None,
+    ] = None
     seed: Annotated[
         int | None,
         typer.Option(
@@ -259,8 +268,11 @@ def track(
             help=f"The same seed gives the same estimates (default {_defaults.seed}).",
             rich_help_panel=_SEARCH,
         ),
-    ] = None,
-) -> None:
+    ] = None
+
+
+@command
+def track(order: TrackOrder) -> None:
     """Track the 6-DoF pose of an object, through a recording or live.
 
     Try it: [bold]servoid sample out/moving --moving[/bold], then
@@ -274,39 +286,6 @@ def track(
 
     [bold]servoid track 0 --fov 65 --body a.json --duration 60 --record run[/bold]
     """
-    chosen = parse_slice(observations, "--observations")
-    known = known_cameras(fov, baseline, calibration, rate)
-    from servoid.cli.track.tracking import Order, run_track
+    from servoid.cli.track.tracking import run_track
 
-    run_track(
-        Order(
-            source=source,
-            known=known,
-            duration=duration,
-            record=record,
-            bodies=tuple(body or ()),
-            targets=tuple(target or ()),
-            trust_targets=trust_targets,
-            starts=tuple(start or ()),
-            distance=distance,
-            out=out,
-            video=video,
-            mcap=mcap,
-            save_body=save_body,
-            smooth=smooth,
-            report=report,
-            observations=chosen,
-            topics=tuple(topic or ()),
-            world=world,
-            every=every,
-            method=method,
-            population=population,
-            generations=generations,
-            budget_ms=budget_ms,
-            evolve=evolve,
-            adjust=adjust,
-            adjust_outlines=adjust_outlines,
-            depth_from_motion=depth_from_motion,
-            seed=seed,
-        )
-    )
+    run_track(order)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -16,13 +16,13 @@ from servoid.cli.source.footage import Draw, Footage, LiveFootage, open_footage
 from servoid.cli.source.lacking import Given, check_nothing_lacks
 from servoid.cli.source.recorders import check_recorder
 from servoid.cli.track.subjects import body_path, read_subjects
+from servoid.cli.track.track_command import TrackOrder
 from servoid.cli.track.track_reporting import Reports, check_reports
 from servoid.cli.track.track_summary import print_track_summary
-from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange.bags.writing import check_mcap, check_mcap_suffix
-from servoid.opening import GivenCalibration, SourceWord, doubt_calibration, parse_source
+from servoid.opening import SourceWord, doubt_calibration, parse_source
 from servoid.output import check_file
 from servoid.record import (
     check_suffix,
@@ -45,41 +45,7 @@ from servoid.words import counted
 _MS_PER_S = 1e3
 
 
-@dataclass(frozen=True, kw_only=True)
-class Order:
-    """The options of `servoid track`; None leaves the choice to servoid."""
-
-    source: str
-    known: GivenCalibration
-    duration: float | None
-    record: Path | None
-    bodies: tuple[str, ...]
-    targets: tuple[str, ...]
-    trust_targets: bool
-    starts: tuple[str, ...]
-    distance: float | None
-    out: Path
-    video: Path | None
-    mcap: Path | None
-    save_body: Path | None
-    smooth: Path | None
-    report: Path | None
-    observations: slice
-    topics: tuple[str, ...]
-    world: str | None
-    every: int
-    method: Method
-    population: int | None
-    generations: int | None
-    budget_ms: float | None
-    evolve: bool | None
-    adjust: bool | None
-    adjust_outlines: bool | None
-    depth_from_motion: bool | None
-    seed: int | None
-
-
-def run_track(order: Order) -> None:
+def run_track(order: TrackOrder) -> None:
     """Track, write the results even if tracking was interrupted, and print a summary."""
     _check_options(order)
     subjects = read_subjects(order.bodies, order.targets, order.starts)
@@ -100,7 +66,7 @@ def run_track(order: Order) -> None:
         _track(order, subjects, footage)
 
 
-def _track(order: Order, subjects: list[Subject], footage: Footage) -> None:
+def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None:
     collector, lacking = Collector(), list[str]()
     reports = _reports(order, subjects, footage.capture)
 
@@ -150,7 +116,7 @@ def place_of(path: Path, name: str, count: int) -> Path:
     return path if count == 1 else path.with_stem(f"{path.stem}_{name}")
 
 
-def _check_options(order: Order) -> None:
+def _check_options(order: TrackOrder) -> None:
     """Check the settings and the names of the outputs, before any folder is accessed.
 
     Raises:
@@ -181,7 +147,7 @@ def _check_options(order: Order) -> None:
         )
 
 
-def _check_source(order: Order, word: SourceWord) -> None:
+def _check_source(order: TrackOrder, word: SourceWord) -> None:
     """Check that no option was given that does not apply to the source.
 
     Raises:
@@ -189,7 +155,10 @@ def _check_source(order: Order, word: SourceWord) -> None:
 
     """
     if word.is_live:
-        given = {"--observations": order.observations != slice(None), "--every": order.every != 1}
+        given = {
+            "--observations": order.observations not in (None, slice(None)),
+            "--every": order.every != 1,
+        }
         given |= {"--topic": bool(order.topics), "--world": order.world is not None}
         for option in (option for option, is_given in given.items() if is_given):
             raise OptionError(
@@ -202,7 +171,7 @@ def _check_source(order: Order, word: SourceWord) -> None:
             raise OptionError(f"{word} is recorded, so {option} does not apply; leave it out")
 
 
-def _given(order: Order, subjects: list[Subject]) -> Given:
+def _given(order: TrackOrder, subjects: list[Subject]) -> Given:
     named = {"--body": order.bodies, "--target": order.targets, "--start": order.starts}
     return Given(
         options=tuple((option, value) for option, values in named.items() for value in values),
@@ -214,7 +183,7 @@ def _given(order: Order, subjects: list[Subject]) -> Given:
     )
 
 
-def _check_outputs(order: Order, subjects: list[Subject]) -> None:
+def _check_outputs(order: TrackOrder, subjects: list[Subject]) -> None:
     folders = _report_folders(order, subjects)
     check_reports(folders)
     to_make = [folder.resolve() for folder in folders if not folder.exists()]
@@ -232,7 +201,7 @@ def _check_outputs(order: Order, subjects: list[Subject]) -> None:
         check_recorder(order.record)
 
 
-def _check_inputs_kept(order: Order, subjects: list[Subject], word: SourceWord) -> None:
+def _check_inputs_kept(order: TrackOrder, subjects: list[Subject], word: SourceWord) -> None:
     """Check that no output is a file of the source, or a body, mask or calibration that is read.
 
     Raises:
@@ -253,13 +222,13 @@ def _check_inputs_kept(order: Order, subjects: list[Subject], word: SourceWord) 
     check_inputs_kept(outputs, word, inputs)
 
 
-def _report_folders(order: Order, subjects: list[Subject]) -> list[Path]:
+def _report_folders(order: TrackOrder, subjects: list[Subject]) -> list[Path]:
     if order.report is None:
         return []
     return [place_of(order.report, subject.name, len(subjects)) for subject in subjects]
 
 
-def _reports(order: Order, subjects: list[Subject], capture: Capture) -> Reports | None:
+def _reports(order: TrackOrder, subjects: list[Subject], capture: Capture) -> Reports | None:
     folders = _report_folders(order, subjects)
     return Reports.into(folders, capture) if folders else None
 
@@ -298,7 +267,7 @@ def _follow(
     return None
 
 
-def _request(order: Order) -> Request:
+def _request(order: TrackOrder) -> Request:
     budget_ms = order.budget_ms
     return Request(
         method=TrackMethod(order.method.value),
@@ -310,7 +279,7 @@ def _request(order: Order) -> Request:
         adjust=order.adjust,
         adjust_outlines=order.adjust_outlines,
         depth_from_motion=order.depth_from_motion,
-        observations=order.observations,
+        observations=order.observations or slice(None),
         every=order.every,
         distance_m=order.distance,
         trust_targets=order.trust_targets,
@@ -325,7 +294,7 @@ def _note(step: TrackStep) -> str:
 
 
 def _write(
-    order: Order, results: list[TrackResult], reports: Reports | None, ending: str
+    order: TrackOrder, results: list[TrackResult], reports: Reports | None, ending: str
 ) -> list[tuple[str, Path]]:
     """Write poses, bodies and reports; return the kind and path of each file."""
     if not results:

@@ -22,6 +22,15 @@ from servoid.output import check_folder, write_whole
 from servoid.segment import parse_target
 from servoid.track import learn_appearance
 
+__all__ = [
+    "CAPTURES",
+    "CaptureCase",
+    "CaptureRow",
+    "ModelledFolder",
+    "model_capture",
+    "model_folder",
+]
+
 Bounds = tuple[int | None, int | None, int | None]
 
 

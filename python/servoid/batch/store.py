@@ -8,8 +8,7 @@ import msgspec
 from servoid.batch.attempt import read_entry
 from servoid.batch.experiment import Experiment
 from servoid.batch.work import Done
-from servoid.config.limits import TRIAL_FILE
-from servoid.config.reading import read_bytes
+from servoid.config import TRIAL_FILE, read_bytes
 from servoid.errors import StudyError
 from servoid.output import make_folder, write_whole
 

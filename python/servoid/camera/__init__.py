@@ -1,10 +1,34 @@
 """Cameras and images: lenses, undistorted pinhole cameras, images, masks and depth images."""
 
 from servoid._native import Camera, Lens
-from servoid.camera.depth import read_depth
-from servoid.camera.images import read_image, read_mask
+from servoid.camera.depth import StoredDepth, read_depth, to_metres
+from servoid.camera.exif import Exif, read_exif
+from servoid.camera.ideal import IdealCamera, needs_object
+from servoid.camera.image_size import JPEG, PNG, read_image_size, size_in_header
+from servoid.camera.images import (
+    Recorded,
+    check_size,
+    decode_bytes,
+    read_image,
+    read_mask,
+    read_upright,
+    shrink,
+    shrink_mask,
+)
+from servoid.camera.lenses import make_lens, pinhole_lens
 from servoid.camera.picture import Picture
+from servoid.camera.principal_point import off_center_note, outside_note, principal_point_note
+from servoid.camera.smoothing import gaussian
+from servoid.camera.srgb import linear_light
 from servoid.camera.undistort import Undistortion, undistortion
+from servoid.camera.video import (
+    VIDEO_SUFFIXES,
+    VideoFacts,
+    count_video_images,
+    describe_video,
+    shortage,
+    upright_images,
+)
 
 __all__ = [
     "Camera",

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.camera.images import check_size, decode
-from servoid.config.limits import IMAGE_FILE
-from servoid.config.reading import read_bytes
+from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import ImageError
 
 _KINDS = "16-bit PNG, 16-bit or float32 TIFF, or .npy"

@@ -3,8 +3,7 @@
 import struct
 from pathlib import Path
 
-from servoid.config.limits import IMAGE_FILE
-from servoid.config.reading import check_regular, read_bytes
+from servoid.config import IMAGE_FILE, check_regular, read_bytes
 from servoid.errors import ImageError
 
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera
 from servoid.camera.image_size import JPEG, PNG, read_image_size, size_in_header
 from servoid.camera.jpeg_scan import is_scan_damaged
-from servoid.config.limits import IMAGE_FILE
-from servoid.config.reading import read_bytes
+from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import ImageError, MaskError
 
 if TYPE_CHECKING:

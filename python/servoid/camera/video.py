@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Camera
 from servoid.camera.images import check_size, shrink
-from servoid.config.reading import check_regular, unreadable
+from servoid.config import check_regular, unreadable
 from servoid.errors import CaptureError, ImageError
 
 if TYPE_CHECKING:

@@ -4,6 +4,16 @@ from servoid._native import View
 from servoid.capture.arrays import ArrayPicture, PosedImage, capture_of, views_of
 from servoid.capture.calibration_doubt import doubt_calibration
 from servoid.capture.capture import Capture, CaptureCamera, CaptureView, Observation
+from servoid.capture.capture_file import (
+    POSES_HEADER,
+    LensEntry,
+    MountedLens,
+    Row,
+    Version,
+    mounted_lenses,
+    read_versioned,
+)
+from servoid.capture.exchanged import check_not_exchanged
 from servoid.capture.opening import count_uncalibrated, open_capture
 from servoid.capture.shrinking import shrunk
 

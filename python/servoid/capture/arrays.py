@@ -9,12 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose, View, taken_depth, taken_image, taken_mask
-from servoid.camera.ideal import IdealCamera
-from servoid.camera.images import shrink
-from servoid.camera.lenses import pinhole_lens
-from servoid.camera.picture import Picture
+from servoid.camera import IdealCamera, Picture, pinhole_lens, shrink
 from servoid.capture.capture import Capture, CaptureCamera, CaptureView
-from servoid.config.limits import MOST_CAMERAS
+from servoid.config import MOST_CAMERAS
 from servoid.errors import CameraError, CaptureError, ImageError, MaskError, PoseError, ServoidError
 from servoid.words import counted
 

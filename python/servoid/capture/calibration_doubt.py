@@ -10,13 +10,11 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from servoid._native import Lens, Pose
-from servoid.camera.images import Recorded
-from servoid.camera.principal_point import off_center_note, outside_note
+from servoid.camera import Recorded, off_center_note, outside_note
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.capture.exchanged import exchange_note, repeated_note
 from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.words import camera_called, digits
 
 _PAIRS = 4

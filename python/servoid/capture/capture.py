@@ -8,10 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose, View
-from servoid.camera.depth import StoredDepth, read_depth
-from servoid.camera.ideal import IdealCamera, needs_object
-from servoid.camera.images import Recorded, read_mask
-from servoid.camera.picture import Picture
+from servoid.camera import (
+    IdealCamera,
+    Picture,
+    Recorded,
+    StoredDepth,
+    needs_object,
+    read_depth,
+    read_mask,
+)
 from servoid.errors import CaptureError, MaskError, located
 
 

@@ -9,11 +9,17 @@ import msgspec
 import numpy as np
 
 from servoid._native import Camera, Lens, Pose
-from servoid.camera.lenses import make_lens
-from servoid.config.limits import MOST_CAMERAS, POSES_FILE
-from servoid.config.places import name_fault
-from servoid.config.reading import read_text, read_toml_text
-from servoid.config.strict import check_version, convert, line_of
+from servoid.camera import make_lens
+from servoid.config import (
+    MOST_CAMERAS,
+    POSES_FILE,
+    check_version,
+    convert,
+    line_of,
+    name_fault,
+    read_text,
+    read_toml_text,
+)
 from servoid.errors import CameraError, CaptureError, located
 from servoid.words import counted, number_of
 

@@ -12,8 +12,7 @@ from servoid._native import Lens
 from servoid.capture.capture import CaptureView
 from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
 from servoid.errors import CameraError, CaptureError, ImageError
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 
 _LEAST = 20  # features that support an order of the images
 _RATIO = 4.0  # of those to the features that support the other order

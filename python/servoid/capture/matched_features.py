@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
-from servoid.camera import Picture
-from servoid.camera.images import Recorded
+from servoid.camera import Picture, Recorded
 from servoid.errors import CaptureError, ImageError
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 
 _LONG_PX = 640  # images are shrunk towards this before features are detected
 _FEATURES = 1000

@@ -4,8 +4,7 @@ import glob
 from pathlib import Path
 
 from servoid._native import Pose
-from servoid.camera.picture import Picture
-from servoid.camera.video import VIDEO_SUFFIXES, count_video_images
+from servoid.camera import VIDEO_SUFFIXES, Picture, count_video_images
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.capture.capture_file import (
     CalibrationSupplier,
@@ -16,7 +15,7 @@ from servoid.capture.capture_file import (
     read_poses,
     read_versioned,
 )
-from servoid.config.places import check_held, check_inside, path_of
+from servoid.config import check_held, check_inside, path_of
 from servoid.errors import CaptureError
 from servoid.words import counted
 

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from servoid._native import Lens
-from servoid.camera.ideal import IdealCamera, needs_object
-from servoid.camera.images import Recorded, shrink_mask
+from servoid.camera import IdealCamera, Recorded, needs_object, shrink_mask
 from servoid.capture.capture import CaptureView
-from servoid.config.limits import MOST_VIEW_PX
+from servoid.config import MOST_VIEW_PX
 from servoid.words import counted
 
 

@@ -5,8 +5,7 @@ from contextlib import contextmanager
 
 import typer
 
-from servoid.batch import BatchProgress
-from servoid.batch.running import ProgressCallback
+from servoid.batch import BatchProgress, ProgressCallback
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.progress import progress_bar
 from servoid.words import are, counted

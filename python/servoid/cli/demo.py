@@ -14,10 +14,7 @@ from servoid.cli.interrupting import INTERRUPTED, InterruptedCommand
 from servoid.cli.servo.servo_order import EXTRAS as SERVO_EXTRAS
 from servoid.output import check_folder, make_folder
 from servoid.record import read_trajectory
-from servoid.sim import Scenario
-from servoid.sim.accuracy import median_add_m
-from servoid.sim.samples import snail
-from servoid.sim.samples.surface import outer_mesh
+from servoid.sim import Scenario, median_add_m, outer_mesh, snail
 from servoid.words import are
 
 _REPORT_EXTRAS = {"matplotlib": "view"}

@@ -9,8 +9,7 @@ import typer
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.wrong_options import of_options
 from servoid.exchange.export import check_export, check_options, export_body, format_of
-from servoid.shape import load_body
-from servoid.shape.sizes import body_size_note
+from servoid.shape import body_size_note, load_body
 from servoid.words import counted, four_digits
 
 _CM3_PER_M3 = 1e6

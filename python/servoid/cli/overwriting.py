@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from servoid.cli.wrong_options import OptionError
-from servoid.config.places import followed, is_same
+from servoid.config import followed, is_same
 from servoid.opening import SourceWord, belongs_to_source
 from servoid.segment import BackgroundTarget, MaskTarget, Target
 

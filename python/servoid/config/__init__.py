@@ -1,1 +1,56 @@
-"""Reads files within size limits, and converts them strictly to settings."""
+"""Files within limits, and settings checked as they are read or made; internal to servoid."""
+
+from servoid.config.checked import Checked
+from servoid.config.limits import (
+    ARM_FILE,
+    BAG_MESSAGE,
+    BODY_FILE,
+    COLMAP_FILE,
+    IMAGE_FILE,
+    MOST_CAMERAS,
+    MOST_KEYS,
+    MOST_TRANSFORMS,
+    MOST_VIEW_PX,
+    POSES_FILE,
+    SCENE_FILE,
+    SETTINGS_FILE,
+    SHAPE_FILE,
+    STREAM_IMAGE,
+    TRIAL_FILE,
+)
+from servoid.config.places import (
+    check_held,
+    check_inside,
+    exists,
+    first_file,
+    followed,
+    is_file,
+    is_folder,
+    is_same,
+    name_fault,
+    path_of,
+)
+from servoid.config.plausible import (
+    BRAKING,
+    FAR_M,
+    HAND_SPEED,
+    NEAR_M,
+    OBJECT_MOST_M,
+    OBJECT_SPEED,
+    REACH_M,
+    SQUARE_M,
+    WORLD_M,
+    Most,
+    distance_fault,
+    implausible,
+    size_note,
+)
+from servoid.config.reading import (
+    check_regular,
+    read_bytes,
+    read_json,
+    read_text,
+    read_toml_text,
+    unreadable,
+)
+from servoid.config.strict import check_version, convert, line_of, read_toml

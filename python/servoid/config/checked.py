@@ -3,7 +3,6 @@
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from servoid.config.plausible import implausible_setting
 from servoid.config.strict import explained, is_finite
@@ -46,6 +45,8 @@ class Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 def _plain(value: Any) -> Any:
     """Convert NumPy numbers and arrays, alone or in a list, to Python numbers."""
+    import numpy as np  # not above, as what only reads files can do without it
+
     if isinstance(value, (np.generic, np.ndarray)):
         return value.tolist()
     return tuple(_plain(one) for one in value) if isinstance(value, (list, tuple)) else value

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from servoid.capture import Capture, open_capture
-from servoid.config.places import is_file, is_folder
+from servoid.config import is_file, is_folder
 from servoid.errors import CaptureError
 from servoid.exchange.bags import is_bag, open_bag
 from servoid.exchange.captures import bop, nerfstudio

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.capture import CaptureView
-from servoid.capture.exchanged import check_not_exchanged
+from servoid.capture import CaptureView, check_not_exchanged
 from servoid.errors import CameraError, CaptureError, TargetError
 from servoid.model.range_samples import depth_of_pair
 from servoid.words import digits

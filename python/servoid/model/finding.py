@@ -6,11 +6,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.ideal import needs_object
+from servoid.camera import needs_object
 from servoid.capture import CaptureView
 from servoid.errors import CameraError, ImageError, TargetError
-from servoid.segment import BoxTarget, Depth, Found, Target, find_with_doubts
-from servoid.segment.boxes import pixels_in, window_around
+from servoid.segment import (
+    BoxTarget,
+    Depth,
+    Found,
+    Target,
+    find_with_doubts,
+    pixels_in,
+    window_around,
+)
 from servoid.stereo import rough_depth
 
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from servoid._native import PaperSettings, ellipsoid_colors, silhouette_ious
-from servoid.capture import Capture, CaptureView
-from servoid.capture.exchanged import check_not_exchanged
+from servoid.capture import Capture, CaptureView, check_not_exchanged
 from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.depth_agreement import check_depth_agrees, with_twins
 from servoid.model.fit import Request, divide, fit_views
@@ -27,8 +26,7 @@ from servoid.model.range_samples import (
 from servoid.model.result import Coverage, ModelResult
 from servoid.model.running import Progress, in_parallel, part_of
 from servoid.pose import exact
-from servoid.segment import HueTarget, Target
-from servoid.segment.hue import hue_window
+from servoid.segment import HueTarget, Target, hue_window
 from servoid.words import were
 
 _ONE_SIDE_DEG = 90.0

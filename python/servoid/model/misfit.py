@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, View
-from servoid.camera.principal_point import principal_point_note
+from servoid.camera import principal_point_note
 from servoid.capture import CaptureView
-from servoid.config.plausible import FAR_M
+from servoid.config import FAR_M
 from servoid.pose import exact
 from servoid.words import counted, digits
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
-from servoid.config.plausible import distance_fault
+from servoid.config import distance_fault
 from servoid.errors import ModelError
 from servoid.model.fit import Request, fit_views
 from servoid.model.range_samples import (

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera, PaperSettings, Pose, Step, View, fit_paper
 from servoid.errors import MaskError, ModelError, located
 from servoid.model.running import ProgressCallback, run_core
-from servoid.segment.hue import LEAST_SATURATION, LEAST_VALUE, hue_window, match_image
+from servoid.segment import LEAST_SATURATION, LEAST_VALUE, hue_window, match_image
 
 __all__ = ["fit_paper_views", "hue_window", "match_image"]
 

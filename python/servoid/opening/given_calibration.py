@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import msgspec
 
 from servoid._native import Camera, Pose
-from servoid.camera.lenses import pinhole_lens
-from servoid.capture.capture_file import LensEntry, Version, mounted_lenses, read_versioned
-from servoid.config.plausible import NEAR_M, implausible
+from servoid.camera import pinhole_lens
+from servoid.capture import LensEntry, Version, mounted_lenses, read_versioned
+from servoid.config import NEAR_M, implausible
 from servoid.errors import CaptureError, located
 from servoid.source import MountedCamera
 from servoid.words import counted, digits

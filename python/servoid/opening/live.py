@@ -12,6 +12,7 @@ from servoid.opening.word import Kind, SourceWord
 from servoid.source import (
     Delivery,
     Device,
+    HalvesVideo,
     Live,
     LiveCamera,
     LiveSettings,
@@ -20,7 +21,6 @@ from servoid.source import (
     opened,
     read_rig,
 )
-from servoid.source.streams.halves import HalvesVideo
 
 _FIRST_S = 5.0  # within which a device must deliver its first image
 _LONE, _PAIR = ("camera",), ("left", "right")
@@ -65,7 +65,7 @@ def _cameras(
     if word.kind in (Kind.SIM, Kind.RIG, Kind.REALSENSE):
         known.refuse(word.text)
         if word.kind is Kind.SIM:
-            from servoid.sim.world.live_world import open_world  # slow to import
+            from servoid.sim.world import open_world
 
             return open_world(word.name), ()
         if word.kind is Kind.RIG:

@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-from servoid.camera.video import VIDEO_SUFFIXES
-from servoid.config.places import is_folder
+from servoid.camera import VIDEO_SUFFIXES
+from servoid.config import is_folder
 from servoid.errors import CaptureError
-from servoid.exchange.captures import bop, nerfstudio
-from servoid.exchange.opening import is_capture
-from servoid.exchange.shapes.mesh_file import SUFFIXES as MESH_SUFFIXES
+from servoid.exchange import bop, is_capture, nerfstudio
+from servoid.exchange.shapes import SUFFIXES as MESH_SUFFIXES
 from servoid.opening.word import BAG_SUFFIXES, IMAGE_SUFFIXES, Kind, SourceWord
 from servoid.words import joined
 

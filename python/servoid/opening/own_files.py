@@ -5,10 +5,9 @@ from fnmatch import fnmatch
 from pathlib import Path, PurePath
 from typing import Any
 
-from servoid.config.places import followed, is_folder, is_same
-from servoid.config.reading import read_toml_text
+from servoid.config import followed, is_folder, is_same, read_toml_text
 from servoid.errors import CaptureError
-from servoid.exchange.opening import holds_capture_file, is_capture
+from servoid.exchange import holds_capture_file, is_capture
 from servoid.opening.word import BAG_FOLDER, BAG_SUFFIXES, Kind, SourceWord
 
 _OWN_TABLES = ("capture.toml", "poses.csv", "images.csv")

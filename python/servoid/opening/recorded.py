@@ -10,18 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Pose
-from servoid.camera import Picture
-from servoid.camera.exif import read_exif
-from servoid.camera.image_size import read_image_size
-from servoid.camera.images import shrink
-from servoid.camera.video import VideoFacts, describe_video
-from servoid.capture import Capture, CaptureCamera, count_uncalibrated, open_capture
-from servoid.capture.capture_file import MountedLens
-from servoid.config.limits import IMAGE_FILE
-from servoid.config.reading import read_bytes
+from servoid.camera import Picture, VideoFacts, describe_video, read_exif, read_image_size, shrink
+from servoid.capture import Capture, CaptureCamera, MountedLens, count_uncalibrated, open_capture
+from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import CaptureError, ImageError
-from servoid.exchange.bags import SuppliedCamera, open_bag, why_uncalibrated
-from servoid.exchange.opening import holds_capture_file, open_any
+from servoid.exchange import holds_capture_file, open_any, open_bag
+from servoid.exchange.bags import SuppliedCamera, why_uncalibrated
 from servoid.opening.given_calibration import GivenCalibration, Rig, remedies
 from servoid.opening.openable import check_openable
 from servoid.opening.word import Kind, SourceWord

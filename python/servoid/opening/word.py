@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from servoid.camera.video import VIDEO_SUFFIXES
-from servoid.config.limits import SETTINGS_FILE
-from servoid.config.places import exists, is_file, is_folder
-from servoid.config.reading import check_regular, read_text
+from servoid.camera import VIDEO_SUFFIXES
+from servoid.config import SETTINGS_FILE, check_regular, exists, is_file, is_folder, read_text
 from servoid.errors import CaptureError
-from servoid.exchange.opening import holds_bag, is_capture
-from servoid.source.device import shown
+from servoid.exchange import holds_bag, is_capture
+from servoid.source import shown
 
 _ADDRESS = re.compile(r"(?P<scheme>[a-z][a-z0-9+.]*)://", re.IGNORECASE)
 _SCHEMES = ("http", "https", "rtsp", "rtsps", "rtmp", "udp", "tcp", "srt")

@@ -2,6 +2,9 @@
 
 from servoid._native import Pose
 from servoid.errors import PoseError
+from servoid.pose import exact
+from servoid.pose.exact import Floats
 from servoid.pose.looking import looking
+from servoid.pose.parts import joined, parts_of
 
 __all__ = ["Pose", "PoseError", "looking"]

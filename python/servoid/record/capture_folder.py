@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servoid.config.places import name_fault
+from servoid.config import name_fault
 from servoid.errors import OutputError
 from servoid.output import check_folder, make_folder, write_whole
 from servoid.pose import Pose

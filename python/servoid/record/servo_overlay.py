@@ -13,7 +13,7 @@ from servoid.record.lettering import Box, fill, width_px, write, write_into
 from servoid.record.outline import Color, draw_axes, draw_outline
 from servoid.record.overlay import STATUS_COLORS
 from servoid.servo import ORDINARY, Command, TargetEstimate
-from servoid.shape.placed import placed
+from servoid.shape import placed
 from servoid.source import Instant
 from servoid.words import hundredths
 

@@ -11,8 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from servoid._native import Pose
-from servoid.config.limits import POSES_FILE
-from servoid.config.reading import read_text
+from servoid.config import POSES_FILE, read_text
 from servoid.errors import OutputError, TrajectoryError, located
 from servoid.output import write_whole
 from servoid.track import Tracked

@@ -6,6 +6,7 @@ from servoid.scan.footage import (
     Photographs,
     Recorded,
     holds_photographs,
+    image_name,
     is_footage,
     open_footage,
 )

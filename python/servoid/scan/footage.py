@@ -10,9 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.images import read_upright
-from servoid.camera.picture import Picture
-from servoid.camera.video import VIDEO_SUFFIXES, count_video_images, upright_images
+from servoid.camera import VIDEO_SUFFIXES, Picture, count_video_images, read_upright, upright_images
 from servoid.errors import ScanError
 
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp")

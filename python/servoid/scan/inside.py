@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera import read_mask
-from servoid.camera.images import read_image
+from servoid.camera import read_image, read_mask
 from servoid.errors import MaskError, ScanError, TargetError
 from servoid.scan.footage import image_name
 from servoid.scan.staging import Staged

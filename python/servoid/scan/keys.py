@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.config.limits import MOST_KEYS
+from servoid.config import MOST_KEYS
 from servoid.scan.footage import Footage
 
 _SMALL_PX = 480  # the longer side of the images in which motion and sharpness are measured

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.scan.matching import SEED, Matched
 from servoid.scan.running import pycolmap, run
 from servoid.scan.solution import Solution

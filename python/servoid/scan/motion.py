@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import ScanError
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.scan.matching import Matched, Pair
 
 _FEW_FEATURES = 60  # in the median image: a blank wall

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.images import read_image
+from servoid.camera import read_image
 from servoid.errors import ScanError
 from servoid.output import check_replaceable, write_folder
 from servoid.scan import motion

@@ -8,11 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.exif import Exif, read_exif
-from servoid.camera.image_size import read_image_size
-from servoid.camera.images import read_image
-from servoid.config.limits import IMAGE_FILE
-from servoid.config.reading import read_bytes
+from servoid.camera import Exif, read_exif, read_image, read_image_size
+from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import ImageError, OutputError
 from servoid.scan.footage import Footage
 

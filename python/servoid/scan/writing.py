@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgspec
 
-from servoid.capture.capture_file import POSES_HEADER
+from servoid.capture import POSES_HEADER
 from servoid.output import FolderKind
 from servoid.scan.result import Scan
 from servoid.scan.staging import Staged

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.smoothing import gaussian
+from servoid.camera import gaussian
 from servoid.pose import exact
 from servoid.segment.answers import HAND_PX, Answers
 from servoid.segment.doubts import Depth, far_sides

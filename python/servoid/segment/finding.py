@@ -4,8 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servoid.camera.images import read_image, read_mask
-from servoid.camera.smoothing import gaussian
+from servoid.camera import gaussian, read_image, read_mask
 from servoid.errors import DoubtError, TargetError, located
 from servoid.segment.answers import CLEAR, HAND_PX, STEADY, Answers
 from servoid.segment.boxes import Corners, grow_from_box, larger, pixels_in

@@ -8,9 +8,11 @@ from servoid.servo.arm import Arm, Clearances, Eyes, Joints, JointState, Solid
 from servoid.servo.belief.remembering import RememberingArm
 from servoid.servo.belief.target import TargetEstimate, TargetFilter
 from servoid.servo.controller import Command, Controller
-from servoid.servo.exploration import Exploration, explore
+from servoid.servo.exploration import Exploration, Masks, awaited, explore
 from servoid.servo.keeping.limited import limited_s, main_limit
 from servoid.servo.keeping.safety import ORDINARY, Reason
+from servoid.servo.law.gaze import fixation
+from servoid.servo.law.moving import change_between
 from servoid.servo.law.paper_law import PAPER_LAW, as_the_paper
 from servoid.servo.law.reach import reached
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center

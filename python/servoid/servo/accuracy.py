@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.words import finite
 
 if TYPE_CHECKING:

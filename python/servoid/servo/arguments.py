@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from servoid.config.plausible import NEAR_M, implausible
+from servoid.config import NEAR_M, implausible
 from servoid.errors import ServoError
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.arm import Arm, Joints, JointState, is_number
 from servoid.servo.belief.target import TargetEstimate
 from servoid.servo.settings import ServoSettings

@@ -6,8 +6,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from servoid.errors import ServoError
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.words import counted
 
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from servoid.config.plausible import FAR_M, NEAR_M, REACH_M
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.config import FAR_M, NEAR_M, REACH_M
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.arguments import (
     check_arm,
     check_estimate,
@@ -37,7 +36,7 @@ from servoid.servo.law.joints import (
 from servoid.servo.law.moving import Moving, change_between
 from servoid.servo.law.reaching import Reaching
 from servoid.servo.settings import JointLaw, JointSettings, ServoSettings
-from servoid.source.source import Instant
+from servoid.source import Instant
 
 _LAWS: dict[JointLaw, Callable[[Arm, JointSettings], HandJoints]] = {
     JointLaw.QP: QuadraticJoints,

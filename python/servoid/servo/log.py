@@ -6,12 +6,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from servoid._native import Camera, Estimate
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.servo.accuracy import TrueGoal
 from servoid.servo.arm import Arm, Eyes, Joints
 from servoid.servo.loop import Tick
-from servoid.source.source import Instant
+from servoid.source import Instant
 
 
 @dataclass(frozen=True, eq=False)

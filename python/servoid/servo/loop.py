@@ -11,7 +11,7 @@ from servoid.pose import Pose
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.controller import Command, Controller
 from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn
-from servoid.source.source import Instant, Source
+from servoid.source import Instant, Source
 from servoid.track import Estimate, Follower
 
 Goal = Callable[[float], Pose | None]

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.servo.accuracy import Accuracy, rms
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.log import ServoLog

@@ -7,15 +7,14 @@ import numpy as np
 
 from servoid._native import Body
 from servoid.errors import ServoError
-from servoid.pose import Pose, exact, looking
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact, looking
 from servoid.servo.arm import Arm
 from servoid.servo.controller import Command, Controller
 from servoid.servo.law.moving import change_between
 from servoid.servo.law.reach import reached
 from servoid.servo.settings import LookSettings
 from servoid.servo.surface import Surface
-from servoid.source.source import Instant, Source
+from servoid.source import Instant, Source
 
 _ACROSS, _UP, _DISTANCES = 9, 7, 4  # numbers of candidate viewpoints
 _LOWEST, _HIGHEST = -0.6, 1.2  # rad: elevations of viewpoints above the horizon

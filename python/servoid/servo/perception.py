@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Protocol
 
 from servoid.errors import ServoError
-from servoid.source.source import Instant, Source
+from servoid.source import Instant, Source
 from servoid.track import Estimate, Follower, depths_for
 
 _POLL_S = 0.002  # between polls for a new observation

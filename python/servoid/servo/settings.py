@@ -7,9 +7,17 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-from servoid.config.checked import Checked
-from servoid.config.plausible import BRAKING, FAR_M, HAND_SPEED, NEAR_M, OBJECT_SPEED, Most
-from servoid.config.strict import convert, read_toml
+from servoid.config import (
+    BRAKING,
+    FAR_M,
+    HAND_SPEED,
+    NEAR_M,
+    OBJECT_SPEED,
+    Checked,
+    Most,
+    convert,
+    read_toml,
+)
 from servoid.errors import ServoError, ServoidError
 
 Triple = tuple[float, float, float]

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 
 _FACING = 0.35  # minimum cosine between normal and direction to a camera for a good view
 _PLACES = 400  # samples of the whole surface

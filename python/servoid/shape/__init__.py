@@ -12,6 +12,8 @@ from servoid.shape.body_file import (
     save_body,
     write_body_file,
 )
+from servoid.shape.placed import placed
+from servoid.shape.sizes import body_size_note
 
 __all__ = [
     "Body",

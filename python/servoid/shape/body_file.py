@@ -11,10 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Pose
-from servoid.config.limits import BODY_FILE
-from servoid.config.places import path_of
-from servoid.config.reading import read_json
-from servoid.config.strict import check_version, convert
+from servoid.config import BODY_FILE, check_version, convert, path_of, read_json
 from servoid.errors import BodyError, located
 from servoid.output import write_whole
 from servoid.shape.layout import lay_out

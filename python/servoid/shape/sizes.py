@@ -3,7 +3,7 @@
 import numpy as np
 
 from servoid._native import Body, Pose
-from servoid.config.plausible import size_note
+from servoid.config import size_note
 from servoid.pose import exact
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from servoid._native import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 
 
 def add_m(found: Pose, true: Pose, points: Floats) -> float:

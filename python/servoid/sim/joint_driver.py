@@ -6,8 +6,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TextIO
 
-from servoid.pose.exact import Floats
-from servoid.servo.arm import Joints, JointState
+from servoid.pose import Floats
+from servoid.servo import Joints, JointState
 from servoid.servo.link import Address, DriverStep, LinkSettings, listening, serve_arm
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm

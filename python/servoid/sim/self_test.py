@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from servoid._native import Lens, Pose
 from servoid.capture import Capture, PosedImage, capture_of
 from servoid.model import Request, fit_capture
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.sim.accuracy import median_add_m
 from servoid.sim.world.cameras.renderer import Raycaster, Shot
 from servoid.sim.world.events.motions import compose, row_of

@@ -5,10 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from servoid.errors import ServoError, SimError
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
-from servoid.servo.arm import Eyes, Joints, JointState
-from servoid.servo.law.reach import reached
+from servoid.pose import Floats, Pose, exact
+from servoid.servo import Eyes, Joints, JointState, reached
 from servoid.sim.arm_file import ArmFile
 from servoid.words import counted
 

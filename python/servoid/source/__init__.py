@@ -3,10 +3,10 @@
 from servoid.rates import ASSUMED_HZ
 from servoid.source.controls import Controls
 from servoid.source.delivery import Delivery, EndedError, LostDeviceError
-from servoid.source.device import Device, opened
+from servoid.source.device import Device, opened, shown
 from servoid.source.feed import Feed
 from servoid.source.grabbing import Video
-from servoid.source.instants import cameras_of, read_instants, tidy_image
+from servoid.source.instants import cameras_of, read_instants, tidy_image, time_of
 from servoid.source.live import Live, LiveCamera, LiveSettings
 from servoid.source.looks import write_looks
 from servoid.source.raw import (
@@ -20,6 +20,7 @@ from servoid.source.raw import (
 from servoid.source.recording import Recording
 from servoid.source.rig_file import read_rig
 from servoid.source.source import Instant, Source
+from servoid.source.streams.halves import HalvesVideo
 
 __all__ = [
     "ASSUMED_HZ",

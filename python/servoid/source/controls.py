@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from servoid.config.checked import Checked
+from servoid.config import Checked
 from servoid.errors import CaptureError, ServoidError
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from servoid.camera.ideal import IdealCamera
+from servoid.camera import IdealCamera
 from servoid.capture import Capture
 from servoid.errors import CaptureError
 from servoid.source.instants import cameras_of

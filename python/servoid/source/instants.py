@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
-from servoid.camera.ideal import IdealCamera
-from servoid.camera.picture import Picture
-from servoid.capture.capture import Capture, CaptureCamera, Observation
+from servoid.camera import IdealCamera, Picture
+from servoid.capture import Capture, CaptureCamera, Observation
 from servoid.errors import ImageError
 from servoid.rates import ASSUMED_HZ
 from servoid.source.source import Instant

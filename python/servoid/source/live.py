@@ -13,9 +13,8 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose
-from servoid.camera.depth import to_metres
-from servoid.camera.ideal import IdealCamera
-from servoid.config.checked import Checked
+from servoid.camera import IdealCamera, to_metres
+from servoid.config import Checked
 from servoid.errors import CaptureError, ServoidError
 from servoid.source.controls import Controls
 from servoid.source.device import Device, is_stream, opened, reopening

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
-from servoid.camera.ideal import IdealCamera
-from servoid.capture.arrays import ArrayPicture
-from servoid.capture.capture import Capture, CaptureCamera
+from servoid.camera import IdealCamera
+from servoid.capture import ArrayPicture, Capture, CaptureCamera
 from servoid.source.instants import ideal_image
 from servoid.source.source import Instant
 

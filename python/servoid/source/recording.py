@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from servoid._native import Camera
-from servoid.capture.capture import Capture
+from servoid.capture import Capture
 from servoid.errors import CaptureError
 from servoid.source.instants import cameras_of, read_instants
 from servoid.source.source import Instant

@@ -9,8 +9,8 @@ import msgspec
 import numpy as np
 
 from servoid._native import Pose
-from servoid.capture.capture_file import LensEntry, Row, Version, mounted_lenses, read_versioned
-from servoid.config.places import is_file, name_fault
+from servoid.capture import LensEntry, Row, Version, mounted_lenses, read_versioned
+from servoid.config import is_file, name_fault
 from servoid.errors import CaptureError, located
 from servoid.source.controls import Controls
 from servoid.source.grabbing import Video

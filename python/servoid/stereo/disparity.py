@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.smoothing import gaussian
+from servoid.camera import gaussian
 
 Gray = NDArray[np.uint8]
 Field = NDArray[np.floating]

@@ -2,15 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from servoid._native import (
-    Estimate,
-    Tracker,
-    TrackSettings,
-    pose_from_masks,
-    poses_from_masks,
-)
+from servoid._native import Estimate, Tracker, TrackSettings, pose_from_masks, poses_from_masks
 from servoid.renamed import refuse_old_names
-from servoid.shape.placed import placed
+from servoid.shape import placed
 from servoid.source import cameras_of, read_instants, tidy_image
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.following import Collector, TrackStep, follow, follow_live, track_capture

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from servoid import _native
 from servoid._native import Body, Pose
-from servoid.config.plausible import distance_fault
+from servoid.config import distance_fault
 from servoid.errors import TrackError
-from servoid.model.running import ProgressCallback
+from servoid.model import ProgressCallback
 from servoid.segment import Target
 from servoid.track.follower import Maker, make_one_step_tracker, make_tracker, one_step_settings
 

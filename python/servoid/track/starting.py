@@ -11,11 +11,9 @@ from servoid import model
 from servoid._native import Body, Estimate, Pose, View, poses_from_masks
 from servoid.capture import Capture, CaptureView
 from servoid.errors import ModelError, TargetError, TrackError
-from servoid.model.marking import mark, views_meant
-from servoid.model.misfit import center_notes
+from servoid.model import center_notes, mark, views_meant
 from servoid.segment import Target
-from servoid.shape.placed import placed
-from servoid.shape.sizes import body_size_note
+from servoid.shape import body_size_note, placed
 from servoid.source import Instant, cameras_of
 from servoid.track.doubts import body_doubts, is_misfit, looks_otherwise, mask_overlaps, turn_note
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Lighting, Paint, Pose, Scene
-from servoid.camera.srgb import linear_light
+from servoid.camera import linear_light
 
 _AWAY = 30.0  # picture sides from the viewpoint to the middle: near parts are at most 2 % larger
 _KEY, _SKY, _BOUNCE = 0.88, 0.56, 0.34  # strengths of the lamp, and of light from above and below

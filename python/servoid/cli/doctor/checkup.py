@@ -12,7 +12,7 @@ from pathlib import Path
 
 from servoid import _native
 from servoid.cli.doctor.installed import NEEDED, installed_libraries
-from servoid.sim.self_test import SelfTest
+from servoid.sim import SelfTest
 
 _CPU_MODEL = re.compile(r"^model name\s*: (.+)$", re.MULTILINE)
 _GL_S = 20.0  # time allowed for a graphics driver to answer

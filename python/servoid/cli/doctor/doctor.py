@@ -10,7 +10,7 @@ import typer
 from servoid.cli.doctor.checkup import Camera, Machine, look_at_machine, problems_of
 from servoid.cli.doctor.installed import NEEDED
 from servoid.cli.progress import progress_bar
-from servoid.sim.self_test import SelfTest, run_self_test
+from servoid.sim import SelfTest, run_self_test
 from servoid.words import counted
 
 _LABEL_WIDTH, _WIDTH = 15, 80

@@ -11,23 +11,15 @@ from servoid.cli.model.model_command import ModelOrder
 from servoid.cli.model.summary import print_summary
 from servoid.cli.overwriting import check_inputs_kept, files_of
 from servoid.cli.progress import progress_bar
-from servoid.cli.scan.filming import (
-    find_first,
-    needs_scan,
-    open_first,
-    print_time,
-    scan_first,
-)
+from servoid.cli.scan.filming import find_first, needs_scan, open_first, print_time, scan_first
 from servoid.cli.scan.scan_command import ScanOrder
 from servoid.cli.source.lacking import Given, check_nothing_lacks
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
-from servoid.config.places import is_file
-from servoid.config.plausible import distance_fault
+from servoid.config import distance_fault, is_file
 from servoid.errors import ModelError, OutputError
 from servoid.exchange import is_bag
-from servoid.exchange.shapes.cloud_file import is_cloud, read_cloud
-from servoid.exchange.shapes.mesh_file import SUFFIXES, read_mesh
+from servoid.exchange.shapes import SUFFIXES, is_cloud, read_cloud, read_mesh
 from servoid.model import (
     ModelResult,
     Progress,

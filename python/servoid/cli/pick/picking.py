@@ -14,7 +14,7 @@ from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.pick.pick_command import PickOrder
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import OutputError, TargetError
-from servoid.model.finding import find_in_view
+from servoid.model import find_in_view
 from servoid.opening import (
     GivenCalibration,
     any_cameras,
@@ -23,8 +23,7 @@ from servoid.opening import (
     parse_source,
 )
 from servoid.output import check_file, write_whole
-from servoid.pick import Choice, PickServer, Question
-from servoid.pick.asking import Mark
+from servoid.pick import Choice, Mark, PickServer, Question
 from servoid.segment import Found
 from servoid.words import counted, digits
 

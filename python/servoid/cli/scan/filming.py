@@ -12,10 +12,14 @@ from servoid.cli.scan.scanning import print_scan, scanned
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import ScanError
 from servoid.exchange import is_capture
-from servoid.opening import GivenCalibration, count_uncalibrated_cameras, open_filmed, parse_source
-from servoid.opening.word import Kind
-from servoid.scan import CAMERA, Footage, is_footage
-from servoid.scan.footage import image_name
+from servoid.opening import (
+    GivenCalibration,
+    Kind,
+    count_uncalibrated_cameras,
+    open_filmed,
+    parse_source,
+)
+from servoid.scan import CAMERA, Footage, image_name, is_footage
 from servoid.segment import HueTarget, Target, find_with_doubts, undoubted
 
 

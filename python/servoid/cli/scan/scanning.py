@@ -33,7 +33,7 @@ def run_scan(order: ScanOrder) -> None:
 def scanned(order: ScanOrder, wanted: Sequence[str] = ()) -> Scan:
     """Scan the source and write the capture, with a progress bar; `wanted` are key images."""
     check_extras("servoid scan", {"pycolmap": "scan", "matplotlib": "view"})
-    from servoid.view.scan.scan_report import scan_page
+    from servoid.view.scan import scan_page
 
     base = _request(order, wanted)
     word = parse_source(order.source)

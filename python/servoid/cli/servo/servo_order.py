@@ -10,12 +10,9 @@ import typer
 from servoid.cli.wrong_options import of_options
 from servoid.errors import ServoError
 from servoid.servo import PAPER_LAW
-from servoid.sim.arm_file import read_arm
+from servoid.sim import read_arm
 from servoid.sim.trial import TrialSettings, changed, read_trial_settings, trial_toml
-from servoid.sim.world import parse_path
-from servoid.sim.world.arms.file_arm import is_file_name
-from servoid.sim.world.objects import make_object
-from servoid.sim.world.scene.room import make_room
+from servoid.sim.world import is_file_name, make_object, make_room, parse_path
 from servoid.track import Method
 
 RECORDED = "recorded:"

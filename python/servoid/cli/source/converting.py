@@ -7,17 +7,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from servoid.camera import Picture
-from servoid.camera.image_size import JPEG
-from servoid.camera.images import decode_bytes
+from servoid.camera import JPEG, Picture, decode_bytes
 from servoid.capture import Capture, CaptureCamera, Observation
 from servoid.cli.source.recorders import is_mcap, mcap_writing
 from servoid.errors import ImageError
 from servoid.exchange.bags.writing import raw_depth, raw_image
 from servoid.pose import Pose
 from servoid.record import FolderRecorder
-from servoid.source import MountedCamera, RawImage, RawInstant
-from servoid.source.instants import time_of
+from servoid.source import MountedCamera, RawImage, RawInstant, time_of
 
 _AS_STORED = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import PoseError, TrackError, located
-from servoid.exchange.shapes.mesh_file import SUFFIXES as MESH_SUFFIXES
+from servoid.exchange.shapes import SUFFIXES as MESH_SUFFIXES
 from servoid.pose import Pose
 from servoid.segment import parse_target
 from servoid.shape import BodyFile, load_body

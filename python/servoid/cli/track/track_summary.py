@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from servoid.cli.source.footage import Footage, LiveFootage
-from servoid.model.look import NO_METRES
+from servoid.model import NO_METRES
 from servoid.source import ASSUMED_HZ
 from servoid.track import Gap, TrackResult
 from servoid.words import counted

@@ -32,13 +32,7 @@ from servoid.record import (
     write_trajectory,
 )
 from servoid.shape import save_body
-from servoid.track import (
-    Collector,
-    Request,
-    Subject,
-    TrackResult,
-    TrackStep,
-)
+from servoid.track import Collector, Request, Subject, TrackResult, TrackStep
 from servoid.track import Method as TrackMethod
 from servoid.words import counted
 

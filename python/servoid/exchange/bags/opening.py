@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from servoid.capture import Capture, CaptureCamera
-from servoid.config.limits import MOST_CAMERAS
+from servoid.config import MOST_CAMERAS
 from servoid.errors import CaptureError
 from servoid.exchange.bags.geometry.calibration import (
     BagCalibrationSupplier,

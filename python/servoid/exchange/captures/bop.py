@@ -3,11 +3,9 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from servoid.camera import Picture
-from servoid.camera.image_size import read_image_size
-from servoid.camera.lenses import make_lens
+from servoid.camera import Picture, make_lens, read_image_size
 from servoid.capture import Capture
-from servoid.config.places import check_held, first_file, is_file
+from servoid.config import check_held, first_file, is_file
 from servoid.errors import CaptureError
 from servoid.exchange.captures.bop_files import BopCamera, BopPose, read_scene_camera, read_scene_gt
 from servoid.exchange.captures.gathering import Shot, ShotCamera, gather, group, number

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from servoid.camera import Picture
 from servoid.capture import Capture
-from servoid.config.places import check_held, check_inside, first_file, is_file, is_folder
+from servoid.config import check_held, check_inside, first_file, is_file, is_folder
 from servoid.errors import CaptureError, located
 from servoid.exchange.captures.colmap_binary import read_cameras_binary, read_images_binary
 from servoid.exchange.captures.colmap_model import ColmapCamera, ColmapImage, lens_of

@@ -3,8 +3,7 @@
 import struct
 from pathlib import Path
 
-from servoid.config.limits import COLMAP_FILE
-from servoid.config.reading import read_bytes
+from servoid.config import COLMAP_FILE, read_bytes
 from servoid.errors import CaptureError
 from servoid.exchange.captures.colmap_model import (
     MODEL_NAMES,

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from servoid.camera import Lens
-from servoid.camera.lenses import make_lens
+from servoid.camera import Lens, make_lens
 from servoid.errors import CaptureError
 
 

@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TypeVar
 
-from servoid.config.limits import COLMAP_FILE
-from servoid.config.reading import read_text
+from servoid.config import COLMAP_FILE, read_text
 from servoid.errors import CaptureError
 from servoid.exchange.captures.colmap_model import ColmapCamera, ColmapImage
 from servoid.words import counted, number_of, whole_number_of

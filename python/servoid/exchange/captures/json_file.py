@@ -5,9 +5,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from servoid.config.limits import SCENE_FILE
-from servoid.config.reading import read_json
-from servoid.config.strict import convert
+from servoid.config import SCENE_FILE, convert, read_json
 from servoid.errors import CaptureError
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)

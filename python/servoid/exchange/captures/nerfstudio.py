@@ -7,10 +7,9 @@ from typing import Annotated
 import msgspec
 import numpy as np
 
-from servoid.camera import Picture
-from servoid.camera.image_size import read_image_size
+from servoid.camera import Picture, read_image_size
 from servoid.capture import Capture
-from servoid.config.places import check_held, check_inside, first_file, is_folder
+from servoid.config import check_held, check_inside, first_file, is_folder
 from servoid.errors import CaptureError, located
 from servoid.exchange.captures.gathering import Shot, ShotCamera, gather, group, number, short_names
 from servoid.exchange.captures.json_file import read_struct, read_table

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import msgspec
 
-from servoid.camera import Lens
-from servoid.camera.lenses import make_lens
+from servoid.camera import Lens, make_lens
 from servoid.errors import CaptureError
 
 _PINHOLES = ("PINHOLE", "SIMPLE_PINHOLE")

@@ -6,7 +6,7 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.srgb import linear_light
+from servoid.camera import linear_light
 from servoid.exchange.export.solid import Piece
 from servoid.exchange.export.surface import Surface
 

@@ -6,9 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.config.limits import SHAPE_FILE
-from servoid.config.plausible import size_note
-from servoid.config.reading import read_bytes
+from servoid.config import SHAPE_FILE, read_bytes, size_note
 from servoid.errors import MeshError
 from servoid.exchange.shapes.ply_header import PlyElement, PlyHeader, read_ply_header
 from servoid.words import counted, were

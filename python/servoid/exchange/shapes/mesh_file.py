@@ -7,9 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.config.limits import SHAPE_FILE
-from servoid.config.plausible import size_note
-from servoid.config.reading import read_bytes
+from servoid.config import SHAPE_FILE, read_bytes, size_note
 from servoid.errors import MeshError, MissingExtraError, located
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_counts import check_counts

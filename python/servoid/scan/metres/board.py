@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.config.plausible import SQUARE_M, implausible
+from servoid.config import SQUARE_M, implausible
 from servoid.errors import ScanError
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.scan.metres.scale import Scale, triangulate
 from servoid.scan.solution import Solution
 from servoid.words import number_of

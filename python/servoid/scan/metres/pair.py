@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
 from servoid.errors import ScanError
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.scan.footage import Footage
 from servoid.scan.matching import Matched, match_pairs
 from servoid.scan.metres.scale import Scale

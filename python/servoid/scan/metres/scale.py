@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.config.plausible import FAR_M, implausible
+from servoid.config import FAR_M, implausible
 from servoid.errors import ScanError
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.scan.footage import image_name
 from servoid.scan.solution import Solution
 from servoid.words import digits, number_of

@@ -6,8 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 
 
 class MotionModel(Protocol):

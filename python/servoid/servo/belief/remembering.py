@@ -6,8 +6,7 @@ from threading import Lock
 import numpy as np
 
 from servoid.errors import ServoError
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.servo.arm import Arm, Eyes, Joints, JointState, Shaped, Solid
 
 

@@ -6,8 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from servoid.errors import ServoError
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.belief.jumps import GateResult, Jumps
 from servoid.servo.belief.motion import Measurement, Motion, MotionPrior, Noise, Oscillation, Singer
 from servoid.servo.belief.unobservable_turns import UnobservableTurns, UnsureEstimate

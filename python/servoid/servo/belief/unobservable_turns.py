@@ -5,8 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.law.moving import change_between, shifted_and_turned
 
 _MOSTLY_TURN = 0.7  # share of rotation in a unit motion from which on it counts as a rotation

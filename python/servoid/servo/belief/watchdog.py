@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.law.moving import change_between
 from servoid.servo.settings import SafetySettings
-from servoid.source.source import Instant
+from servoid.source import Instant
 
 _FITTING = 3  # consecutive estimates that are no outliers, after which a series ends
 _QUICK_S, _SLOW_S = 1.0, 5.0  # time constants of the rotation error, and of its constant part

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.servo.keeping.safety import Reason
 
 INSIDE = 1e-3  # share of a ball's radius by which speeds are shortened below the bound

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servoid.errors import MissingExtraError
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.servo.arm import Arm
 from servoid.servo.keeping.bounds import INSIDE, Ball, Bounds, Rows, Window
 from servoid.servo.keeping.safety import Reason

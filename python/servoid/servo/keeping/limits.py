@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.servo.arm import Joints, JointState
 from servoid.servo.keeping.bounds import Window
 from servoid.servo.keeping.safety import Reason

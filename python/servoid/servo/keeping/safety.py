@@ -4,13 +4,13 @@ from enum import Enum
 
 import numpy as np
 
-from servoid.config.plausible import WORLD_M
+from servoid.config import WORLD_M
 from servoid.pose import Pose, exact
 from servoid.servo.belief.jumps import GateResult
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.belief.watchdog import Drifting, Parting, Straying, Watchdog
 from servoid.servo.settings import SafetySettings
-from servoid.source.source import Instant
+from servoid.source import Instant
 
 
 class Reason(Enum):

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.arm import Solid
 from servoid.servo.keeping.bounds import Rows
 from servoid.servo.keeping.limits import stoppable_speed

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.arm import Eyes, JointState
 from servoid.servo.keeping.bounds import Window
 from servoid.servo.settings import GazeMode, GazeSettings

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.servo.law.moving import Moving
 from servoid.servo.settings import HandSettings
 

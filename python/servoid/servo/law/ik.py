@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.law.joints import IDLE_WEIGHT, HandSetpoint, JointSetpoint
 from servoid.servo.settings import JointSettings

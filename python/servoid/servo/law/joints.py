@@ -5,8 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.law.reach import stepped
 from servoid.servo.settings import JointSettings

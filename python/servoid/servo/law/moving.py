@@ -5,8 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 
 
 def cross_matrix(vector: Floats) -> Floats:

@@ -4,8 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.arm import Joints
 from servoid.servo.law.moving import change_between
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.reach import stepped

@@ -7,8 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from servoid.errors import ServoError
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.servo.arm import Eyes, Joints, JointState, Shaped, Solid
 from servoid.servo.link.driver import Driver
 from servoid.servo.link.lines import Address

@@ -10,7 +10,7 @@ from enum import Enum
 
 import numpy as np
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.servo.arm import Joints, JointState
 from servoid.servo.keeping.limits import stoppable_speed
 from servoid.servo.link.messages import FromLoop, MotionCommand, Phase, Start

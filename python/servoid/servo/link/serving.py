@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.servo.arm import Joints, JointState
 from servoid.servo.link.lines import Lines
 from servoid.servo.link.messages import VERSION, Busy, Phase, State, Welcome, from_loop, line_of

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.servo.arm import Joints
 from servoid.servo.link.settings import LinkSettings
 from servoid.words import counted

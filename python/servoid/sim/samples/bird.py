@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.sim.samples.drawing.painting import texture_of
 from servoid.sim.samples.drawing.patterns import GAMMA
 from servoid.sim.samples.drawing.solids import (

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from servoid.pose import Pose, looking
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, looking
 
 RATE_HZ = 30.0
 

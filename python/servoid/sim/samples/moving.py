@@ -3,8 +3,7 @@
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.sim.samples import snail
 from servoid.sim.samples.folder import MARK, encode, write_folder
 from servoid.sim.samples.motion import RATE_HZ

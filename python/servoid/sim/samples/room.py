@@ -8,7 +8,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.sim.samples import snail
 from servoid.sim.samples.drawing import patterns
 from servoid.sim.samples.drawing.convex import Convex, box, ellipsoid, tube

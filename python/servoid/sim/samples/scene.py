@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.sim.samples import motion, room, snail
 from servoid.sim.samples.drawing import patterns
 from servoid.sim.samples.drawing.convex import box

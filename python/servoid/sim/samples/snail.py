@@ -8,7 +8,7 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.sim.samples.drawing import patterns
 from servoid.sim.samples.drawing.convex import Convex, box, ellipsoid, tube
 from servoid.sim.samples.drawing.painting import painted

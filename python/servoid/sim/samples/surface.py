@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.sim.samples.drawing.convex import Convex
 
 _SPACING = 0.005  # metres between vertices around a solid's widest part

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from servoid.errors import TargetError
 from servoid.segment import BoxTarget, ClickTarget, Target, find_object, parse_target
-from servoid.servo.exploration import Masks
+from servoid.servo import Masks
 from servoid.sim.trial.settings import BY_BOX, BY_CLICK, BY_HAND, RunSettings
 from servoid.sim.world import World, hand_drawn, hand_missed
 from servoid.source import Instant

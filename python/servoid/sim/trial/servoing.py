@@ -10,24 +10,26 @@ from msgspec.structs import replace
 from servoid import model
 from servoid.errors import ServoError
 from servoid.output import make_folder
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.servo import (
     Command,
     Controller,
+    Exploration,
     Goal,
     JointLaw,
+    Masks,
     Seen,
     ServoLog,
     ServoRow,
     Tick,
+    awaited,
     brought_to_rest,
+    change_between,
+    explore,
     off_center,
     servo,
     visit,
 )
-from servoid.servo.exploration import Exploration, Masks, awaited, explore
-from servoid.servo.law.moving import change_between
 from servoid.sim.trial.marking import marker
 from servoid.sim.trial.settings import TrialSettings
 from servoid.sim.trial.truth import Truth, true_goal

@@ -6,9 +6,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import Meta
 
-from servoid.config.checked import Checked
-from servoid.config.plausible import NEAR_M, Most
-from servoid.config.strict import convert, read_toml
+from servoid.config import NEAR_M, Checked, Most, convert, read_toml
 from servoid.errors import ServoError, ServoidError, TargetError
 from servoid.segment import parse_target
 from servoid.servo import ServoSettings, settings_toml

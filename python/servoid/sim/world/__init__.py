@@ -1,11 +1,13 @@
 """A simulated world: an arm with moving cameras and an object, under physics."""
 
+from servoid.sim.world.arms.file_arm import is_file_name
 from servoid.sim.world.events.by_hand import hand_drawn, hand_missed
 from servoid.sim.world.events.faults import DropImages, Fault, FreezeCamera, Occlude, Teleport
 from servoid.sim.world.events.paths import KINDS, Path, Recorded, parse_path
 from servoid.sim.world.lab_settings import IDEAL, LabSettings
-from servoid.sim.world.objects import OBJECTS
-from servoid.sim.world.scene.room import BACKGROUNDS
+from servoid.sim.world.live_world import open_world
+from servoid.sim.world.objects import OBJECTS, make_object
+from servoid.sim.world.scene.room import BACKGROUNDS, make_room
 from servoid.sim.world.settings import (
     BEFORE_HAND,
     ArmSettings,

@@ -6,8 +6,7 @@ from enum import IntEnum
 import numpy as np
 
 from servoid._native import Camera
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.sim.world.lab_settings import LabSettings
 
 _LAB = 0x1AB  # separates this random stream from others of the same seed

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from servoid.camera.lenses import pinhole_lens
+from servoid.camera import pinhole_lens
 from servoid.sim.world.settings import CameraSettings, ObjectSettings, WorldSettings
 from servoid.sim.world.world import World
 from servoid.source import Delivery, Instant, LiveCamera

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from servoid.config.plausible import NEAR_M, OBJECT_MOST_M, REACH_M, Most
+from servoid.config import NEAR_M, OBJECT_MOST_M, REACH_M, Most
 from servoid.errors import SimError
 from servoid.sim.world.events.faults import Fault, Occlude, SimSettings
 from servoid.sim.world.lab_settings import IDEAL, LabSettings

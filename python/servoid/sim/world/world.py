@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
-from servoid.camera.lenses import pinhole_lens
+from servoid.camera import pinhole_lens
 from servoid.errors import SimError
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.sim.world.arms.calibration import Calibration
 from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.joint_servos import JointServos

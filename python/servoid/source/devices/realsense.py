@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.camera import Lens
-from servoid.config.places import is_file
+from servoid.config import is_file
 from servoid.errors import CaptureError, MissingExtraError
 from servoid.pose import Pose
 from servoid.source.controls import Controls

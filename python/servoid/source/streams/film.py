@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
-from servoid.camera.video import shortage
+from servoid.camera import shortage
 from servoid.rates import ASSUMED_HZ
 from servoid.source.delivery import Delivery, EndedError
 from servoid.words import digits

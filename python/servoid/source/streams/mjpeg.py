@@ -14,9 +14,8 @@ from urllib.parse import unquote, urlsplit, urlunsplit
 
 import numpy as np
 
-from servoid.camera import Camera
-from servoid.camera.image_size import size_in_header
-from servoid.config.limits import STREAM_IMAGE
+from servoid.camera import Camera, size_in_header
+from servoid.config import STREAM_IMAGE
 from servoid.source.delivery import Delivery, LostDeviceError
 
 _KIND = "multipart/x-mixed-replace"

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from servoid.errors import OutputError
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.scan import Scan
 from servoid.view.page_parts import fill, image, notes_list, paragraphs, verdict_list
 from servoid.words import digits

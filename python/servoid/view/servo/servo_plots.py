@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from servoid.output import write_together
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.servo import ServoLog, holds
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.track import History, Tracked
 
 SEEN_WITHIN = np.radians(45.0)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.view.axes import DISTINCT, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 from servoid.view.track.sides import SEEN_WITHIN, Sides

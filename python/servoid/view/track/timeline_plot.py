@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.track import Tracked
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.track import Tracked
 
 _STEP = np.radians(3.0)  # smaller rotations back and forth do not add up

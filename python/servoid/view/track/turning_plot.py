@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
 from servoid.view.track.turning import Cause, Turning

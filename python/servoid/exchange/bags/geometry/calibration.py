@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
-from servoid.camera.lenses import make_lens
+from servoid.camera import make_lens
 from servoid.errors import CaptureError, located
 from servoid.words import counted
 

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from servoid.config.limits import MOST_TRANSFORMS
+from servoid.config import MOST_TRANSFORMS
 from servoid.errors import CaptureError, located
 from servoid.exchange.bags.stored.header import NS_PER_S, tidy_frame
-from servoid.pose import Pose
-from servoid.pose.parts import joined
+from servoid.pose import Pose, joined
 from servoid.words import counted
 
 TF_MESSAGE = "tf2_msgs/msg/TFMessage"

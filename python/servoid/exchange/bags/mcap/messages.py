@@ -10,8 +10,7 @@ from servoid._native import Body, Lens
 from servoid.errors import MissingExtraError
 from servoid.exchange.bags.stored.header import NS_PER_S
 from servoid.exchange.bags.stored.pixels import COMPRESSED, IMAGE
-from servoid.pose import Pose
-from servoid.pose.parts import parts_of
+from servoid.pose import Pose, parts_of
 
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"

@@ -7,19 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera import Picture
-from servoid.camera.exif import read_exif
-from servoid.camera.image_size import JPEG, PNG
+from servoid.camera import JPEG, PNG, Picture, read_exif
 from servoid.capture import Capture, CaptureCamera, Observation
-from servoid.config.limits import IMAGE_FILE
-from servoid.config.reading import read_bytes
+from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import CaptureError, ImageError
 from servoid.exchange.bags.mcap.messages import Messages
 from servoid.exchange.bags.stored.pictures import BagPicture
 from servoid.exchange.bags.stored.pixels import COMPRESSED, IMAGE
 from servoid.exchange.bags.stored.reader import open_files
 from servoid.pose import Pose
-from servoid.source.instants import time_of
+from servoid.source import time_of
 
 _FORMS = {JPEG: "jpeg", PNG: "png"}
 

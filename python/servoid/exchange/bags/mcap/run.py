@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Camera, Estimate, Lens
-from servoid.camera.lenses import pinhole_lens
+from servoid.camera import pinhole_lens
 from servoid.capture import Capture
 from servoid.exchange.bags.mcap import messages as ros
 from servoid.exchange.bags.mcap.background import Background

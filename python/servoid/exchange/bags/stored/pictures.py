@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera import Picture
-from servoid.camera.depth import to_metres
+from servoid.camera import Picture, to_metres
 from servoid.errors import CaptureError, ImageError
 from servoid.exchange.bags.stored.header import NS_PER_S
 from servoid.exchange.bags.stored.pixels import colors_of, depth_of

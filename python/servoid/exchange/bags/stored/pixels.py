@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.image_size import size_in_header
-from servoid.camera.images import check_size, decode_bytes, shrink
+from servoid.camera import check_size, decode_bytes, shrink, size_in_header
 from servoid.errors import ImageError
 
 if TYPE_CHECKING:

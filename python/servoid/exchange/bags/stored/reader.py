@@ -10,9 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from servoid.config.limits import BAG_MESSAGE
-from servoid.config.places import is_file, is_folder
-from servoid.config.reading import check_regular
+from servoid.config import BAG_MESSAGE, check_regular, is_file, is_folder
 from servoid.errors import CaptureError, MissingExtraError, ServoidError
 
 ReadT = TypeVar("ReadT")

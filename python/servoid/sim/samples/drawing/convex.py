@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.sim.samples.drawing.solids import Triple, turned_axes
 
 _ENDLESS = float("inf")

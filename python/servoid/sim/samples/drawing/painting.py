@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.sim.samples.drawing.convex import Convex
 from servoid.sim.samples.drawing.patterns import GAMMA
 from servoid.sim.samples.drawing.solids import Triple

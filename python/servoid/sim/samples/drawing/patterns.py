@@ -6,7 +6,7 @@ All take points in metres and return shares from 0 to 1, with slightly soft edge
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 
 Color = tuple[float, float, float]  # sRGB, 0 to 1
 

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.sim.world.cameras.renderer import Raycaster, Shot
 from servoid.sim.world.events.motions import STILL, compose, row_of, unit_row
 from servoid.sim.world.scene.visuals import Visual

@@ -3,8 +3,7 @@
 import numpy as np
 
 from servoid._native import Camera
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.servo import Eyes
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.robot import Robot

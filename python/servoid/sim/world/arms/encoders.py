@@ -1,6 +1,6 @@
 """The encoders of an arm's joints."""
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.servo import JointState
 from servoid.sim.world.arms.joint_servos import JointServos
 from servoid.sim.world.lab import Lab

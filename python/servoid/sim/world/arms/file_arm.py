@@ -5,9 +5,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from servoid.config.limits import ARM_FILE
-from servoid.config.plausible import REACH_M, implausible
-from servoid.config.reading import read_bytes
+from servoid.config import ARM_FILE, REACH_M, implausible, read_bytes
 from servoid.errors import SimError
 from servoid.pose import exact
 from servoid.sim.arm_file import EyeLimits

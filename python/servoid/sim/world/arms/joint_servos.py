@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.protective_stop import ProtectiveStop
 from servoid.sim.world.arms.robot import Robot

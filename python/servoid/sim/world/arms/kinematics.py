@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.errors import SimError
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.servo import Joints, reached
 from servoid.sim.world.arms.robot import EYES, HAND, Robot
 from servoid.sim.world.events.motions import pose_of

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.sim.world.arms.robot import Robot
 from servoid.sim.world.scene.engine import load_mujoco
 

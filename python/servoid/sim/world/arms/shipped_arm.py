@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.sim.arm_file import ArmFile
 from servoid.sim.world.arms.head import add_head, head_visuals
 from servoid.sim.world.arms.robot import HAND, JointServo, Robot

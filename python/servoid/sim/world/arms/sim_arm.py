@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from servoid.errors import ServoError
-from servoid.pose import Pose
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose
 from servoid.servo import Eyes, Joints, JointState, Solid
 from servoid.sim.world.arms.calibration import Calibration
 from servoid.sim.world.arms.encoders import Encoders

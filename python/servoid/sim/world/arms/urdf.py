@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from servoid.config.limits import ARM_FILE
-from servoid.config.reading import read_bytes
+from servoid.config import ARM_FILE, read_bytes
 from servoid.errors import SimError
 from servoid.words import in_one_line
 

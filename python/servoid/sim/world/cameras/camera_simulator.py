@@ -8,8 +8,7 @@ import numpy as np
 
 from servoid._native import Camera, Lens
 from servoid.camera import undistortion
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.sim.world.arms.calibration import Calibration
 from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.joint_servos import JointServos

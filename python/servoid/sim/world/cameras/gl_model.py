@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.visuals import (

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens
 from servoid.errors import SimError
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.sim.world.cameras.gl_context import make_context
 from servoid.sim.world.cameras.gl_model import build_model
 from servoid.sim.world.cameras.renderer import Depth, Image, Shot

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Lighting, Paint, Scene
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.sim.world.scene.visuals import (
     Box,
     Capsule,

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 
 _WAVE_PX = 12.0  # correlation length along a hand-drawn outline
 _HAND = 0x4A4D  # separates this random stream from others of the same seed

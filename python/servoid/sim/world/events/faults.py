@@ -4,8 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from servoid.config.checked import Checked
-from servoid.config.plausible import NEAR_M, Most
+from servoid.config import NEAR_M, Checked, Most
 from servoid.errors import ServoidError, SimError
 
 Start = Annotated[float, Meta(ge=0.0, description="when it begins, after the path began")]

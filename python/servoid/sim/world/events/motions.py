@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 
 STILL = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

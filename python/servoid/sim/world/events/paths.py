@@ -7,10 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.config.plausible import NEAR_M, implausible
+from servoid.config import NEAR_M, implausible
 from servoid.errors import SimError
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.words import counted
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from servoid.pose import Pose, exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, Pose, exact
 from servoid.sim.world.events.faults import Occlude, Teleport, is_on
 from servoid.sim.world.events.motions import compose, row_of
 from servoid.sim.world.events.paths import Path, twist_at

@@ -7,8 +7,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from servoid.errors import SimError
-from servoid.pose.exact import Floats
-from servoid.servo.law.gaze import fixation
+from servoid.pose import Floats
+from servoid.servo import fixation
 from servoid.sim.arm_file import ArmFile, read_arm
 from servoid.sim.world.arms.file_arm import build_file_arm, is_file_name
 from servoid.sim.world.arms.kinematics import Kinematics

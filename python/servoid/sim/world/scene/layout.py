@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.events.motions import STILL, compose, row_of
 from servoid.sim.world.events.timeline import Timeline

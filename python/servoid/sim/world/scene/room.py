@@ -10,8 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from servoid.errors import SimError
-from servoid.pose import exact
-from servoid.pose.exact import Floats
+from servoid.pose import Floats, exact
 from servoid.sim.world.objects.prints import Sheet, grain
 from servoid.sim.world.scene.visuals import (
     Box,

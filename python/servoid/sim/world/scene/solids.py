@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose import exact
-from servoid.pose.exact import Floats
-from servoid.servo.arm import Clearances
+from servoid.pose import Floats, exact
+from servoid.servo import Clearances
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.events.motions import unit_row
 from servoid.sim.world.scene.engine import load_mujoco

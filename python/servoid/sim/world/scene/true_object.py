@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.pose.exact import Floats
+from servoid.pose import Floats
 from servoid.sim.world.events.motions import pose_of, unit_row
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.visuals import Visual

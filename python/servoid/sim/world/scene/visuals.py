@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.srgb import linear_light
-from servoid.pose.exact import Floats
+from servoid.camera import linear_light
+from servoid.pose import Floats
 from servoid.sim.world.events.motions import STILL
 
 ROOM, OBJECT, BOARD = "room", "object", "board"  # carriers that are not part of an arm

@@ -1,0 +1,104 @@
+"""Reads what each room of the package takes from another, and through which door.
+
+The door of a room is its `__init__`: what that binds, others may import. A folder or a module
+inside a room that lists its names in `__all__` is a door too. All else is a drawer.
+"""
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Taken:
+    """One name that a file imports from another room; empty for a whole module."""
+
+    file: Path
+    line: int
+    module: str
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}: {self.module}.{self.name}".rstrip(".")
+
+
+def taken_from_others(package: Path) -> Iterator[Taken]:
+    """Yield each name that a file of a package imports from another of its rooms."""
+    for file in sorted(package.rglob("*.py")):
+        inside = file.relative_to(package)
+        for line, module, names in _imports(file):
+            parts = module.split(".")
+            is_other = len(parts) > 1 and parts[0] == package.name and parts[1] != inside.parts[0]
+            if is_other and (package / parts[1]).is_dir():
+                yield from (Taken(inside, line, module, name) for name in names or [""])
+
+
+def from_drawers(package: Path) -> list[str]:
+    """Name the imports from another room that pass none of its doors."""
+    return [
+        str(one)
+        for one in taken_from_others(package)
+        if one.name not in {"", *_shown(package, one.module)}
+        or (not one.name and not _is_door(package, one.module))
+    ]
+
+
+def kept_for_nobody(package: Path) -> list[str]:
+    """Name what the door of a room binds, but neither makes public nor gives to another room."""
+    taken = {(one.module, one.name) for one in taken_from_others(package)}
+    return [
+        f"{module}.{name}"
+        for folder in sorted(path.parent for path in package.glob("*/**/__init__.py"))
+        for module in [".".join((package.name, *folder.relative_to(package).parts))]
+        for name in sorted(_bound(_init(package, module), module))
+        if name not in _listed(_init(package, module)) and (module, name) not in taken
+        if not _is_used(_init(package, module), name)
+    ]
+
+
+def _imports(file: Path) -> Iterator[tuple[int, str, list[str]]]:
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield node.lineno, node.module, [alias.name for alias in node.names]
+        elif isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name, []) for alias in node.names)
+
+
+def _shown(package: Path, module: str) -> set[str]:
+    """Return what a module shows to other rooms."""
+    file = _init(package, module)
+    is_room = module.count(".") == 1
+    return (_bound(file) | _listed(file)) if is_room or _is_door(package, module) else set()
+
+
+def _is_door(package: Path, module: str) -> bool:
+    return module.count(".") == 1 or bool(_listed(_init(package, module)))
+
+
+def _init(package: Path, module: str) -> Path:
+    place = package.joinpath(*module.split(".")[1:])
+    return place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+
+
+def _bound(file: Path, own: str = "") -> set[str]:
+    """Return the names that a file imports, those from the module `own` only if it is given."""
+    return {
+        alias.asname or alias.name
+        for node in ast.parse(file.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(own)
+        for alias in node.names
+    }
+
+
+def _listed(file: Path) -> set[str]:
+    """Return the names in the `__all__` of a file."""
+    for node in ast.parse(file.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return set(ast.literal_eval(node.value))
+    return set()
+
+
+def _is_used(file: Path, name: str) -> bool:
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    return any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(tree))

@@ -2,7 +2,7 @@
 
 import inspect
 from collections.abc import Callable
-from dataclasses import MISSING, Field, dataclass, fields
+from dataclasses import MISSING, Field, fields
 from enum import Enum
 from typing import Any, TypeVar, get_args, get_type_hints
 
@@ -11,14 +11,33 @@ from typer.models import OptionInfo
 OrderT = TypeVar("OrderT")
 
 
-@dataclass(frozen=True)
-class Sets:
-    """Names the settings that an option sets, dotted, such as `run.seconds`."""
+class Setting(OptionInfo):
+    """An option that sets settings of `servoid servo`, by their dotted names.
 
-    keys: tuple[str, ...]
+    Unless `help` is given, the option is described as its setting is, with its default.
+    """
 
-    def __init__(self, *keys: str) -> None:
-        object.__setattr__(self, "keys", keys)
+    def __init__(
+        self,
+        *keys: str,
+        panel: str,
+        metavar: str | None = None,
+        name: str | None = None,
+        help: str = "",  # noqa: A002
+        parser: Callable[[str], Any] | None = None,
+        callback: Callable[[Any], Any] | None = None,
+    ) -> None:
+        super().__init__(
+            default=...,  # that of the field
+            param_decls=[] if name is None else [name],
+            metavar=metavar,
+            help=help or f"{{about.{keys[0]}}}",
+            parser=parser,
+            callback=callback,
+            show_default=False,
+            rich_help_panel=panel,
+        )
+        self.keys = keys
 
 
 def command(run: Callable[[OrderT], None]) -> Callable[..., None]:
@@ -56,8 +75,8 @@ def given_settings(options: object) -> dict[str, Any]:
     """Return the settings that options set, by their dotted names."""
     values = {
         key: getattr(options, name)
-        for name, annotations in _annotations(type(options)).items()
-        for key in _keys(annotations)
+        for name, setting in _settings(type(options)).items()
+        for key in setting.keys
     }
     return {
         key: value.value if isinstance(value, Enum) else value
@@ -69,25 +88,16 @@ def given_settings(options: object) -> dict[str, Any]:
 def setting_options(order: type) -> dict[str, str]:
     """Return the option that sets each setting, such as `--seconds`, by its dotted name."""
     return {
-        key: next(
-            (one.param_decls[0].split("/")[0] for one in annotations if _is_named(one)),
-            f"--{name.replace('_', '-')}",
-        )
-        for name, annotations in _annotations(order).items()
-        for key in _keys(annotations)
+        key: (setting.param_decls or [f"--{name.replace('_', '-')}"])[0].split("/")[0]
+        for name, setting in _settings(order).items()
+        for key in setting.keys
     }
 
 
-def _annotations(order: type) -> dict[str, tuple[Any, ...]]:
+def _settings(order: type) -> dict[str, Setting]:
     return {
-        name: get_args(hint)[1:]
+        name: part
         for name, hint in get_type_hints(order, include_extras=True).items()
+        for part in get_args(hint)[1:]
+        if isinstance(part, Setting)
     }
-
-
-def _keys(annotations: tuple[Any, ...]) -> list[str]:
-    return [key for one in annotations if isinstance(one, Sets) for key in one.keys]
-
-
-def _is_named(annotation: object) -> bool:
-    return isinstance(annotation, OptionInfo) and bool(annotation.param_decls)

@@ -61,10 +61,14 @@ def with_defaults(text: str) -> str:
     return text.format_map(_Declared())
 
 
-class _Declared(dict[str, "_Shown"]):
+class _Declared(dict[str, "_Shown | _About"]):
     """The objects that declare defaults, by the first part of a dotted name."""
 
-    def __missing__(self, key: str) -> "_Shown":
+    def __missing__(self, key: str) -> "_Shown | _About":
+        if key == "about":
+            from servoid.sim.trial import TrialSettings
+
+            return _About(TrialSettings())
         if key == "servo":
             from servoid.sim.trial import TrialSettings
 
@@ -82,6 +86,22 @@ class _Declared(dict[str, "_Shown"]):
 
             return _Shown(rates)
         raise KeyError(key)
+
+
+class _About:
+    """A setting of `servoid servo`: its description, and its default unless it is a switch."""
+
+    def __init__(self, value: Any, description: str = "") -> None:
+        self._value, self._description = value, description
+
+    def __getattr__(self, name: str) -> "_About":
+        from servoid.servo import described
+
+        return _About(getattr(self._value, name), described(type(self._value), name))
+
+    def __format__(self, _: str) -> str:
+        default = "" if isinstance(self._value, bool) else f" (default {_Shown(self._value)})"
+        return f"{self._description[:1].upper()}{self._description[1:]}{default}."
 
 
 class _Shown:

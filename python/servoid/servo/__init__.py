@@ -28,7 +28,7 @@ from servoid.servo.settings import (
     read_settings,
     settings_from,
 )
-from servoid.servo.settings_text import settings_toml
+from servoid.servo.settings_text import described, settings_toml
 from servoid.servo.surface import body_places
 
 __all__ = [

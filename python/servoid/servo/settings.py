@@ -151,7 +151,11 @@ class JointSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=
     """How a hand velocity becomes joint speeds."""
 
     law: Annotated[
-        JointLaw, Meta(description="qp: within all limits; paper: pseudo-inverse and feedback")
+        JointLaw,
+        Meta(
+            description="how a hand velocity becomes joint speeds: qp, within all limits, or "
+            "paper, by its pseudo-inverse and feedback"
+        ),
     ] = JointLaw.QP
     feedback_gain: Annotated[float, _from_0("k_p of the paper's joint feedback, 1/s")] = 1.0
     newton_steps: Annotated[
@@ -257,7 +261,14 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
 class LookSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the hand looks around an object before it is modelled."""
 
-    count: Annotated[int, Meta(ge=1, description="viewpoints, the first one included")] = 5
+    count: Annotated[
+        int,
+        Meta(
+            ge=1,
+            description="viewpoints from which the hand looks at the object before it is modelled, "
+            "the first one included; with 1 the hand stays where it is",
+        ),
+    ] = 5
     nearest: Annotated[
         float, _Near, _above("minimum distance of a viewpoint from the object, m")
     ] = 0.45

@@ -14,33 +14,29 @@ def settings_toml(settings: msgspec.Struct, table: str = "") -> str:
     return "\n".join(_lines(settings, table)).lstrip("\n") + "\n"
 
 
+def described(settings: type[msgspec.Struct], name: str) -> str:
+    """Return the description in the type of a setting; empty without one."""
+    kind = get_type_hints(settings, include_extras=True)[name]
+    parts = get_args(kind)[1:] if get_origin(kind) is Annotated else ()
+    return "".join(part.description or "" for part in parts if isinstance(part, Meta))
+
+
 def _lines(settings: msgspec.Struct, table: str) -> Iterator[str]:
-    kinds = get_type_hints(type(settings), include_extras=True)
-    values = {
-        field.encode_name: (getattr(settings, field.name), kinds[field.name])
+    values = [
+        (field.name, field.encode_name, getattr(settings, field.name))
         for field in msgspec.structs.fields(settings)
-    }
-    inner = {
-        name: value for name, (value, _) in values.items() if isinstance(value, msgspec.Struct)
-    }
-    plain = {name: pair for name, pair in values.items() if name not in inner}
-    if plain:
-        if table:
-            yield from ("", f"[{table}]")
-        for name, (value, kind) in plain.items():
-            unset = value is None  # which TOML cannot express
-            line = f"# {name} =" if unset else f"{name} = {_written(value)}"
-            yield f"{line}{_described(kind)}{' (not set)' if unset else ''}"
-    for name, value in inner.items():
-        yield from _lines(value, f"{table}.{name}" if table else name)
-
-
-def _described(kind: Any) -> str:
-    """Return the description in a field's type as a comment."""
-    if get_origin(kind) is not Annotated:
-        return ""
-    descriptions = [part.description for part in get_args(kind)[1:] if isinstance(part, Meta)]
-    return "".join(f"  # {description}" for description in descriptions if description)
+    ]
+    plain = [one for one in values if not isinstance(one[2], msgspec.Struct)]
+    if plain and table:
+        yield from ("", f"[{table}]")
+    for field, name, value in plain:
+        unset = value is None  # which TOML cannot express
+        line = f"# {name} =" if unset else f"{name} = {_written(value)}"
+        description = described(type(settings), field)
+        yield f"{line}{description and f'  # {description}'}{' (not set)' if unset else ''}"
+    for _, name, value in values:
+        if isinstance(value, msgspec.Struct):
+            yield from _lines(value, f"{table}.{name}" if table else name)
 
 
 def _written(value: Any) -> str:

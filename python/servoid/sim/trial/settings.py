@@ -36,17 +36,20 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     goal: Annotated[
         Triple,
         Most(NEAR_M),
-        Meta(description="desired position of the object's centre in the hand's frame, m"),
+        Meta(
+            description="desired position of the object's centre in the hand's frame, z forward, m"
+        ),
     ] = BEFORE_HAND
     target: Annotated[
         str,
         Meta(
             description="how the object is marked in the first left image: hand, box or click, "
-            "with a person's error of [world.lab]; or as for servoid track, such as click:160,120"
+            "with a person's error, that of world.lab; or mask:FILE, box:U0,V0,U1,V1, click:U,V "
+            "or hue:LOW..HIGH, as for servoid track"
         ),
     ] = BY_HAND
     trust_target: Annotated[
-        bool, Meta(description="use the target even if it may mean several objects")
+        bool, Meta(description="use a target even if it may mean several objects")
     ] = False
     start_offset: Annotated[
         Triple,
@@ -83,7 +86,7 @@ class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fiel
     """How the object is tracked; values that are not set keep the tracker's own defaults."""
 
     method: Annotated[
-        Method, Meta(description="region, servoid's own, or paper, the 1-step GA")
+        Method, Meta(description="how to track: region, servoid's own, or paper, the 1-step GA")
     ] = Method.REGION
     seed: Annotated[NotNegative | None, Meta(description="seed of the tracker's searches")] = None
     population: Annotated[Count | None, Meta(description="hypotheses per generation")] = None

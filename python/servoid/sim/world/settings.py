@@ -21,7 +21,7 @@ Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The arm, and its head with two cameras."""
 
-    name: Annotated[str, Meta(description="a shipped arm, or an MJCF or URDF file")] = "pa10"
+    name: Annotated[str, Meta(description="the arm: pa10, or an MJCF or URDF file")] = "pa10"
     links: Annotated[
         str | None, Meta(description="link lengths of a shipped arm; none: those of its file")
     ] = None
@@ -77,8 +77,8 @@ class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
     name: Annotated[
         str,
         Meta(
-            description="bottle, drill, ellipsoid, mug, painted_ellipsoid, plain_bottle, "
-            "plain_mug or two_ellipsoids"
+            description="the object: bottle, drill, ellipsoid, mug, painted_ellipsoid, "
+            "plain_bottle, plain_mug or two_ellipsoids"
         ),
     ] = "bottle"
     radii: Annotated[
@@ -93,7 +93,10 @@ class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
     ] = (1.0, 0.0, 0.0, 0.0, *BEFORE_HAND)
     path: Annotated[
         str,
-        Meta(description="still, or such as line:0.2@5s, circle:0.1@10s, sine:0.15@10s, random:7"),
+        Meta(
+            description="the object's motion: still, line:0.2@5s, circle:0.1@10s, sine:0.15@10s, "
+            "random:7 or recorded:FILE"
+        ),
     ] = "still"
 
 
@@ -207,9 +210,7 @@ class WorldSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_field
     faults: Annotated[
         tuple[Fault, ...], Meta(description="faults; their times count from the start of the path")
     ] = ()
-    background: Annotated[str, Meta(description="background of the object: cluttered or plain")] = (
-        "cluttered"
-    )
+    background: Annotated[str, Meta(description="the background: cluttered or plain")] = "cluttered"
     renderer: Annotated[
         str, Meta(description="raycast, servoid's own, or mujoco, which needs OpenGL")
     ] = "raycast"

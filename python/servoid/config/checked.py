@@ -16,30 +16,28 @@ class Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     name of an option, a NumPy number.
     """
 
-    def refusal(self, message: str) -> ServoidError:
-        """Return the error that refuses a value."""
-        return ServoidError(message)
+    REFUSAL = ServoidError
 
     def __post_init__(self) -> None:
         """Check each field separately.
 
         Raises:
-            the error of `refusal`: a value has the wrong type or range, is NaN, or is a length that
-                is not plausible.
+            the error `REFUSAL`: a value has the wrong type or range, is NaN, or is a length that is
+                not plausible.
 
         """
         for field in msgspec.structs.fields(type(self)):
             value = _plain(getattr(self, field.name))
             place = f"{type(self).__name__}.{field.encode_name}"
             if not is_finite(value):
-                raise self.refusal(f"{place}: {value} is not finite; give finite numbers")
+                raise self.REFUSAL(f"{place}: {value} is not finite; give finite numbers")
             try:
                 checked = msgspec.convert(value, field.type)
             except msgspec.ValidationError as reason:
-                raise self.refusal(explained(reason, value, field.type, place)) from reason
+                raise self.REFUSAL(explained(reason, value, field.type, place)) from reason
             absurd = implausible_setting(field.encode_name, checked, field.type)
             if absurd is not None:
-                raise self.refusal(absurd)
+                raise self.REFUSAL(absurd)
             msgspec.structs.force_setattr(self, field.name, checked)
 
 

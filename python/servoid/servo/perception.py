@@ -4,7 +4,6 @@ import time
 from collections import deque
 from dataclasses import dataclass, replace
 from threading import Event, Lock, Thread
-from types import TracebackType
 from typing import Protocol
 
 from servoid.errors import ServoError
@@ -92,12 +91,7 @@ class TrackingThread:
     def __enter__(self) -> "TrackingThread":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:

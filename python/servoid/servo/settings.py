@@ -18,7 +18,7 @@ from servoid.config import (
     convert,
     read_toml,
 )
-from servoid.errors import ServoError, ServoidError
+from servoid.errors import ServoError
 
 Triple = tuple[float, float, float]
 _Corner = Annotated[Triple, Most(FAR_M)]
@@ -52,9 +52,7 @@ def _from_0(what: str) -> Meta:
 class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The base class of the settings of servoing."""
 
-    def refusal(self, message: str) -> ServoidError:
-        """Return the error that refuses a value."""
-        return ServoError(message)
+    REFUSAL = ServoError
 
 
 class TargetSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):

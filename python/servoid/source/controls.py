@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from servoid.config import Checked
-from servoid.errors import CaptureError, ServoidError
+from servoid.errors import CaptureError
 
 
 class Controls(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -14,9 +14,7 @@ class Controls(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     With `lock`, exposure, gain, white balance and focus stay constant while images are taken.
     """
 
-    def refusal(self, message: str) -> ServoidError:
-        """Return the error that refuses a value."""
-        return CaptureError(message)
+    REFUSAL = CaptureError
 
     lock: Annotated[bool, Meta(description="if nothing may change by itself")] = True
     exposure_s: (

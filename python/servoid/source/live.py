@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from os import PathLike, fspath
-from types import TracebackType
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera, Lens, Pose
 from servoid.camera import IdealCamera, to_metres
 from servoid.config import Checked
-from servoid.errors import CaptureError, ServoidError
+from servoid.errors import CaptureError
 from servoid.source.controls import Controls
 from servoid.source.device import Device, is_stream, opened, reopening
 from servoid.source.grabbing import TRIES, Grabber, Shot, Video
@@ -74,9 +73,7 @@ class LiveCamera:
 class LiveSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Settings of the timing of live images."""
 
-    def refusal(self, message: str) -> ServoidError:
-        """Return the error that refuses a value."""
-        return CaptureError(message)
+    REFUSAL = CaptureError
 
     delay_s: Annotated[
         float, Meta(ge=0, description="from the middle of the exposure until an image is fetched")
@@ -167,12 +164,7 @@ class Live:
     def __enter__(self) -> "Live":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:

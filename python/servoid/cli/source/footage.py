@@ -8,7 +8,6 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
-from types import TracebackType
 
 from servoid.capture import Capture
 from servoid.cli.source.recorders import recording_of
@@ -107,12 +106,7 @@ class LiveFootage:
     def __enter__(self) -> "LiveFootage":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._source.close()
         if self._recording is not None:
             self._recording.abandon()

@@ -1,7 +1,6 @@
 """An arm that is driven over a socket, as the loop uses it."""
 
 import time
-from types import TracebackType
 from typing import Protocol
 
 import numpy as np
@@ -79,12 +78,7 @@ class LinkedArm:
         self.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property

@@ -5,15 +5,13 @@ from typing import Annotated
 from msgspec import Meta
 
 from servoid.config import Checked
-from servoid.errors import ServoError, ServoidError
+from servoid.errors import ServoError
 
 
 class LinkSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The settings of the connection to an arm's driver."""
 
-    def refusal(self, message: str) -> ServoidError:
-        """Return the error that refuses a value."""
-        return ServoError(message)
+    REFUSAL = ServoError
 
     hold_s: Annotated[
         float,

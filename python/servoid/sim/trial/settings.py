@@ -7,7 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from servoid.config import NEAR_M, Checked, Most, convert, read_toml
-from servoid.errors import ServoError, ServoidError, TargetError
+from servoid.errors import ServoError, TargetError
 from servoid.segment import parse_target
 from servoid.servo import ServoSettings, settings_toml
 from servoid.sim.world import BEFORE_HAND, WorldSettings
@@ -24,9 +24,7 @@ Count = Annotated[int, Meta(ge=1)]
 class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The base class of the settings of a run."""
 
-    def refusal(self, message: str) -> ServoidError:
-        """Return the error that refuses a value."""
-        return ServoError(message)
+    REFUSAL = ServoError
 
 
 class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=True):

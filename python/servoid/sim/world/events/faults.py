@@ -5,7 +5,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from servoid.config import NEAR_M, Checked, Most
-from servoid.errors import ServoidError, SimError
+from servoid.errors import SimError
 
 Start = Annotated[float, Meta(ge=0.0, description="when it begins, after the path began")]
 Length = Annotated[float, Meta(gt=0.0, description="how long it lasts")]
@@ -16,9 +16,7 @@ Which = Annotated[Number | None, Meta(description="0, the left camera, or 1; non
 class SimSettings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The base class of faults."""
 
-    def refusal(self, message: str) -> ServoidError:
-        """Return the error that refuses a value."""
-        return SimError(message)
+    REFUSAL = SimError
 
 
 class DropImages(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="drop"):

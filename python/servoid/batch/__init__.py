@@ -2,9 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from servoid.batch.experiment import Experiment
+from servoid.batch.experiment import Done, Experiment, Results, Work
 from servoid.batch.running import BatchProgress, ProgressCallback, run_batch
-from servoid.batch.work import Done, Results, Work
 from servoid.batch.workers import InProcess, Processes, Workers, workers_for
 from servoid.renamed import refuse_old_names
 

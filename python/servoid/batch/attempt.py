@@ -5,8 +5,7 @@ from typing import Any
 
 import msgspec
 
-from servoid.batch.experiment import Experiment
-from servoid.batch.work import Done
+from servoid.batch.experiment import Done, Experiment
 from servoid.errors import ServoidError, StudyError
 
 _NOTHING = msgspec.Raw(b"null")

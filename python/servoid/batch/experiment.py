@@ -1,10 +1,10 @@
-"""What a batch runs: a pure function from a case to a row of results."""
+"""What a batch runs, pure functions from a case to a row of results, and what it returns."""
 
 import hashlib
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import msgspec
 
@@ -56,3 +56,24 @@ class Experiment(Generic[CaseT, RowT]):
         about = [__version__, self.name, self.version, msgspec.to_builtins(case)]
         content = msgspec.json.encode(about)
         return hashlib.sha256(content).hexdigest()[:24]
+
+
+@dataclass(frozen=True)
+class Work:
+    """An experiment and the cases to run it on."""
+
+    experiment: Experiment[Any, Any]
+    cases: Sequence[Any]
+
+
+@dataclass(frozen=True)
+class Done:
+    """A finished trial: its row, or else a message that gives the reason for its failure."""
+
+    case: Any
+    row: Any | None
+    failure: str = ""
+
+
+Results = Mapping[str, Sequence[Done]]
+"""The finished trials by the experiment's name, in the order of the cases."""

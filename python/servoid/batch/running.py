@@ -9,9 +9,9 @@ from pathlib import Path
 
 import msgspec
 
+from servoid.batch.experiment import Done, Results, Work
 from servoid.batch.store import Store
 from servoid.batch.table import check_tables, write_table
-from servoid.batch.work import Done, Results, Work
 from servoid.batch.workers import InProcess, Task, Workers
 from servoid.errors import StudyError
 

@@ -6,8 +6,7 @@ from typing import Any
 import msgspec
 
 from servoid.batch.attempt import read_entry
-from servoid.batch.experiment import Experiment
-from servoid.batch.work import Done
+from servoid.batch.experiment import Done, Experiment
 from servoid.config import TRIAL_FILE, read_bytes
 from servoid.errors import StudyError
 from servoid.output import make_folder, write_whole

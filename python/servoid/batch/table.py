@@ -11,8 +11,7 @@ import msgspec
 from msgspec import Meta
 
 from servoid._native import __version__
-from servoid.batch.experiment import Experiment
-from servoid.batch.work import Done
+from servoid.batch.experiment import Done, Experiment
 from servoid.errors import MissingExtraError, StudyError
 from servoid.output import written_beside
 

@@ -1,4 +1,4 @@
-"""The group of all commands, whose messages are servoid's own."""
+"""The group of all commands; its messages are servoid's own, whatever library read an option."""
 
 from typing import Any
 
@@ -6,7 +6,17 @@ import typer
 from typer.core import TyperGroup
 
 from servoid.cli.interrupting import InterruptedCommand
-from servoid.cli.option_words import reword
+
+_KINDS = {
+    "int_parsing": "is not a whole number; write one such as 3",
+    "int_parsing_size": "has too many digits; write a smaller number",
+    "float_parsing": "is not a number; write one such as 0.5",
+}
+_BOUNDS = {
+    "greater_than_equal": ("ge", "or more"),
+    "less_than_equal": ("le", "or less"),
+}
+_SHOWN = 40  # characters of a value in a message
 
 
 class Commands(TyperGroup):
@@ -23,5 +33,34 @@ class Commands(TyperGroup):
         except KeyboardInterrupt as interrupt:
             raise InterruptedCommand from interrupt
         except typer.BadParameter as error:
-            reword(error)
+            _reword(error)
             raise
+
+
+def _reword(error: typer.BadParameter) -> None:
+    """Put what was given and what is allowed into the message of a value that no option takes.
+
+    Newer versions of the library that reads the options leave out what was given, and older ones
+    what is allowed.
+    """
+    cause = error.__cause__
+    errors = getattr(cause, "errors", None)
+    if errors is None:
+        return
+    words = _words(errors()[0])
+    if words is not None:
+        error.message = words
+
+
+def _words(found: dict[str, Any]) -> str | None:
+    kind, context = found["type"], found.get("ctx", {})
+    given = str(found["input"])
+    shown = given if len(given) <= _SHOWN else f"{given[:_SHOWN]}..."
+    if kind in _KINDS:
+        return f"'{shown}' {_KINDS[kind]}"
+    if kind in _BOUNDS:
+        bound, side = _BOUNDS[kind]
+        return f"{shown} is out of range; choose {context[bound]} {side}"
+    if kind == "value_error" and "error" in context:
+        return str(context["error"]).removesuffix(".")
+    return None

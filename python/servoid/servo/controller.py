@@ -22,9 +22,8 @@ from servoid.servo.keeping.limiter import Limiter
 from servoid.servo.keeping.limits import JointLimits
 from servoid.servo.keeping.safety import LOCATED, Reason, SafetySupervisor, is_within_reason
 from servoid.servo.keeping.workspace_limits import WorkspaceLimits
-from servoid.servo.law.desired import goal_error
 from servoid.servo.law.gaze import GazeControl
-from servoid.servo.law.hand import correction, within
+from servoid.servo.law.hand import correction, goal_error, within
 from servoid.servo.law.ik import QuadraticJoints
 from servoid.servo.law.joints import (
     HandJoints,

@@ -1,6 +1,7 @@
 """Bodies: rigid sets of ellipsoids, and their files."""
 
 from servoid._native import Body
+from servoid.shape.bodies import body_size_note, placed
 from servoid.shape.body_file import (
     BodyFile,
     EllipsoidEntry,
@@ -12,8 +13,6 @@ from servoid.shape.body_file import (
     save_body,
     write_body_file,
 )
-from servoid.shape.placed import placed
-from servoid.shape.sizes import body_size_note
 
 __all__ = [
     "Body",

@@ -1,6 +1,7 @@
 """The file of a body: versioned, indented JSON with a published schema."""
 
 import base64
+import json
 import math
 from importlib.resources import files
 from pathlib import Path
@@ -14,7 +15,6 @@ from servoid._native import Body, Pose
 from servoid.config import BODY_FILE, check_version, convert, path_of, read_json
 from servoid.errors import BodyError, located
 from servoid.output import write_whole
-from servoid.shape.layout import lay_out
 from servoid.words import counted
 
 _UNIT_TOLERANCE = 1e-3
@@ -187,7 +187,7 @@ def write_body_file(path: str | Path, file: BodyFile) -> None:
         OutputError: the file cannot be written.
 
     """
-    write_whole(Path(path), lay_out(msgspec.to_builtins(file)).encode("utf-8"))
+    write_whole(Path(path), _lay_out(msgspec.to_builtins(file)).encode("utf-8"))
 
 
 def load_body(path: str | Path) -> BodyFile:
@@ -249,3 +249,25 @@ def _check_unit(quaternion: tuple[float, ...], place: str) -> None:
     norm = math.sqrt(math.fsum(x * x for x in quaternion))
     if abs(norm - 1.0) > _UNIT_TOLERANCE:
         raise BodyError(f"{place}: the quaternion (w, x, y, z) has length {norm:.6g}; it must be 1")
+
+
+def _lay_out(data: Any) -> str:
+    """Return JSON text that ends in a line break; numbers keep their full precision."""
+    return _lines(data, "") + "\n"
+
+
+def _lines(data: Any, indent: str) -> str:
+    deeper = indent + "  "
+    if isinstance(data, dict) and data:
+        items = [f"{json.dumps(key)}: {_lines(value, deeper)}" for key, value in data.items()]
+    elif isinstance(data, (list, tuple)) and any(_nests(item) for item in data):
+        items = [_lines(item, deeper) for item in data]
+    else:
+        return json.dumps(data, allow_nan=False, ensure_ascii=False)
+    opening, closing = "{}" if isinstance(data, dict) else "[]"
+    body = ",\n".join(deeper + item for item in items)
+    return f"{opening}\n{body}\n{indent}{closing}"
+
+
+def _nests(item: Any) -> bool:
+    return isinstance(item, (dict, list, tuple))

@@ -18,7 +18,7 @@ from servoid.pose import Pose
 from servoid.scan.metres.board import parse_board
 from servoid.scan.metres.scale import parse_baseline, parse_length
 from servoid.shape import Body, save_body
-from servoid.shape.sizes import body_size_note
+from servoid.shape.bodies import body_size_note
 from servoid.sim.trial import TrialSettings, changed
 from servoid.sim.world import ArmSettings, Recorded, parse_path
 

@@ -1,4 +1,4 @@
-"""The hand's velocity from its pose error, by the paper's PD law."""
+"""The hand's pose error, and by the paper's PD law the velocity that reduces it."""
 
 import numpy as np
 
@@ -37,3 +37,17 @@ def shares(twist: Floats, linear: float, angular: float) -> Floats:
 def within(twist: Floats, linear: float, angular: float) -> Floats:
     """Return a twist (6,) whose linear and angular parts have at most the given lengths."""
     return twist * np.repeat(shares(twist, linear, angular), 3)
+
+
+def goal_error(
+    world_from_hand: Moving, world_from_object: Moving, goal_from_object: Moving
+) -> Moving:
+    """Return `hand_from_goal`, the pose error of the hand, with its derivatives.
+
+    `world_from_object` is the true or estimated pose of the object, and `goal_from_object` its
+    desired pose in the hand. All three may move.
+    """
+    hand_from_object = world_from_hand.inverse() @ world_from_object
+    object_from_goal = goal_from_object.inverse()
+    # The paper writes the product rule explicitly; `Moving` applies it.
+    return hand_from_object @ object_from_goal  # Eqs. (8)-(11)

@@ -22,9 +22,9 @@ from servoid.sim.world.cameras.camera_simulator import (
     WorldParts,
     true_cameras,
 )
+from servoid.sim.world.cameras.gl_renderer import OpenGl
 from servoid.sim.world.cameras.overview import overview_from
-from servoid.sim.world.cameras.renderer import Renderer, Shot
-from servoid.sim.world.cameras.renderers import RENDERERS
+from servoid.sim.world.cameras.renderer import Raycaster, Renderer, Shot
 from servoid.sim.world.events.faults import Occlude
 from servoid.sim.world.events.motions import STILL, pose_of, row_of, unit_row
 from servoid.sim.world.events.paths import Path, parse_path
@@ -41,6 +41,7 @@ from servoid.sim.world.scene.visuals import BOARD, OBJECT, Box, Finish, Visual
 from servoid.sim.world.settings import WorldSettings
 
 _OVERVIEW_FOCAL = 1.05  # in widths of the picture
+_RENDERERS = {"raycast": Raycaster, "mujoco": OpenGl}
 _BOARD = Finish(color=(0.45, 0.36, 0.27))
 
 
@@ -270,8 +271,8 @@ def _board(settings: WorldSettings) -> list[Visual]:
 
 
 def _renderer(settings: WorldSettings, visuals: tuple[Visual, ...]) -> Renderer:
-    if settings.renderer not in RENDERERS:
+    if settings.renderer not in _RENDERERS:
         raise SimError(
-            f"unknown renderer '{settings.renderer}'; choose one of {', '.join(RENDERERS)}"
+            f"unknown renderer '{settings.renderer}'; choose one of {', '.join(_RENDERERS)}"
         )
-    return RENDERERS[settings.renderer](visuals)
+    return _RENDERERS[settings.renderer](visuals)

@@ -1,6 +1,7 @@
 """Industrial cameras with GigE Vision or USB3 Vision, through Aravis."""
 
 import ctypes
+import socket
 import time
 from threading import Thread
 from typing import Any
@@ -12,7 +13,6 @@ from servoid.source.delivery import Delivery, LostDeviceError
 from servoid.source.devices.aravis import Aravis, AravisError, aravis
 from servoid.source.devices.found import FoundDevice, describe_devices
 from servoid.source.devices.genicam_controls import apply_controls
-from servoid.source.devices.gige import answers
 from servoid.source.devices.pixels import FORMATS, decode_pixels, refused_format
 from servoid.source.live import LiveCamera
 
@@ -33,6 +33,11 @@ _STATES = {
     8: "it carries no plain image",
 }
 _WRONG_SIZE = 5
+
+
+_PORT = 3956  # of GigE Vision's control protocol
+_DISCOVERY = bytes.fromhex("4211000200000001")  # key, answer requested, no payload
+_ANSWER_S = 0.1
 
 
 def list_genicam() -> tuple[FoundDevice, ...]:
@@ -168,7 +173,11 @@ class GenicamVideo:
 
         """
         self._tries += 1
-        if self._address is not None and self._tries % _NEAR_TRIES and not answers(self._address):
+        if (
+            self._address is not None
+            and self._tries % _NEAR_TRIES
+            and not _gige_answers(self._address)
+        ):
             raise CaptureError(f"nothing answers at {self._address}")
         return GenicamVideo(self._name, self._controls)
 
@@ -300,3 +309,15 @@ def _close(library: Aravis, camera: Any, stream: Any) -> None:
     if stream is not None:
         library.call("g_object_unref", stream)
     library.call("g_object_unref", camera)
+
+
+def _gige_answers(address: str) -> bool:
+    """Return whether a GigE Vision camera answers at an IP address, within a short time."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+        channel.settimeout(_ANSWER_S)
+        try:
+            channel.connect((address, _PORT))
+            channel.send(_DISCOVERY)
+            return len(channel.recv(1024)) > 0
+        except OSError:  # no camera listens there, or none answered in time
+            return False

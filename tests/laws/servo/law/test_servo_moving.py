@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from servoid.pose import Pose
-from servoid.servo.law.desired import goal_error
+from servoid.servo.law.hand import goal_error
 from servoid.servo.law.moving import Moving, change_between, shifted_and_turned
 
 STEP = 1e-4

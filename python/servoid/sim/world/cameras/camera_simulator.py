@@ -15,7 +15,6 @@ from servoid.sim.world.arms.joint_servos import JointServos
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.cameras.metering import Metering
 from servoid.sim.world.cameras.renderer import Image, Renderer, Shot
-from servoid.sim.world.cameras.rows import bands, lens_of
 from servoid.sim.world.events.faults import DropImages, FreezeCamera, concerns, is_on
 from servoid.sim.world.events.motions import row_of
 from servoid.sim.world.events.timeline import Timeline
@@ -31,6 +30,9 @@ _NOISE_STRIDE = 1_000_003  # separates the noise of worlds with different seeds
 _BAND_STRIDE = 0x9E37_79B9_7F4A_7C15  # and the noise of an image's bands
 _LATER_S = 1e-4  # minimum difference of successive time stamps
 _SEEDS = 1 << 64  # that the core distinguishes
+
+
+_BAND_PX = 16  # rows that are rendered with a common exposure
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,4 +278,39 @@ def make_lens(cameras: CameraSettings) -> Lens:
         focal_px=(focal, focal),
         center_px=(0.5 * (width - 1), 0.5 * (height - 1)),
         distortion=cameras.distortion,
+    )
+
+
+@dataclass(frozen=True)
+class Band:
+    """Rows of an image from `top` to before `bottom`, read out after a `share` of the read-out."""
+
+    top: int
+    bottom: int
+    share: float
+
+
+def bands(height: int, readout_s: float) -> tuple[Band, ...]:
+    """Return the bands of an image, top first; a single one for a global shutter."""
+    if readout_s == 0.0:
+        return (Band(0, height, 0.0),)
+    tops = range(0, height, _BAND_PX)
+    last = max(height - 1, 1)
+    return tuple(
+        Band(top, bottom, 0.5 * (top + bottom - 1) / last)
+        for top, bottom in ((top, min(top + _BAND_PX, height)) for top in tops)
+    )
+
+
+def lens_of(lens: Lens, band: Band) -> Lens:
+    """Return the lens that sees only a band."""
+    width, height = lens.size_px
+    if (band.top, band.bottom) == (0, height):
+        return lens
+    return Lens(
+        model=lens.model,
+        size_px=(width, band.bottom - band.top),
+        focal_px=lens.focal_px,
+        center_px=(lens.center_px[0], lens.center_px[1] - band.top),
+        distortion=lens.distortion,
     )

@@ -1,10 +1,20 @@
-"""Reports bodies of sizes that hardly any object has."""
+"""Places bodies at other poses, and reports those of sizes that hardly any object has."""
 
 import numpy as np
 
 from servoid._native import Body, Pose
 from servoid.config import size_note
 from servoid.pose import exact
+
+
+def placed(body: Body, world_from_object: Pose) -> Body:
+    """Return a body at another pose."""
+    return Body(
+        world_from_object=world_from_object,
+        centers=body.centers,
+        radii=body.radii,
+        rotations=body.rotations,
+    )
 
 
 def body_size_note(body: Body) -> str | None:

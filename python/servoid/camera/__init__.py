@@ -3,7 +3,6 @@
 from servoid._native import Camera, Lens
 from servoid.camera.depth import StoredDepth, read_depth, to_metres
 from servoid.camera.exif import Exif, read_exif
-from servoid.camera.ideal import IdealCamera, needs_object
 from servoid.camera.image_size import JPEG, PNG, read_image_size, size_in_header
 from servoid.camera.images import (
     Recorded,
@@ -20,7 +19,7 @@ from servoid.camera.picture import Picture
 from servoid.camera.principal_point import off_center_note, outside_note, principal_point_note
 from servoid.camera.smoothing import gaussian
 from servoid.camera.srgb import linear_light
-from servoid.camera.undistort import Undistortion, undistortion
+from servoid.camera.undistort import IdealCamera, Undistortion, needs_object, undistortion
 from servoid.camera.video import (
     VIDEO_SUFFIXES,
     VideoFacts,

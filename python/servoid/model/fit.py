@@ -12,6 +12,7 @@ from servoid._native import (
     Mesh,
     ModelInput,
     ModelSettings,
+    PaperSettings,
     View,
     ellipsoid_colors,
     fit_body,
@@ -57,6 +58,15 @@ class Request:
             max_ellipsoids=_MOST_CHOSEN if free else self.max_ellipsoids,
             delta=self.delta,
             held_out=free,
+            seed=self.seed,
+            threads=self.threads,
+        )
+
+    def paper_settings(self) -> PaperSettings:
+        """Return the settings of the paper's own method in the core's form."""
+        return PaperSettings(
+            max_ellipsoids=self.max_ellipsoids,
+            delta=self.delta,
             seed=self.seed,
             threads=self.threads,
         )

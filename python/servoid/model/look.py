@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from servoid._native import PaperSettings, ellipsoid_colors, silhouette_ious
+from servoid._native import ellipsoid_colors, silhouette_ious
 from servoid.capture import Capture, CaptureView, check_not_exchanged
 from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.depth_agreement import check_depth_agrees, with_twins
@@ -156,12 +156,7 @@ def fit_capture_by_paper(
     )
     chosen, _ = divide([*marked.views, *marked.others], views)
     images = in_parallel(CaptureView.image, chosen)
-    settings = PaperSettings(
-        max_ellipsoids=request.max_ellipsoids,
-        delta=request.delta,
-        seed=request.seed,
-        threads=request.threads,
-    )
+    settings = request.paper_settings()
     steps = fit_paper_views(
         images,
         [view.camera for view in chosen],

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from servoid._native import ModelSettings, PaperSettings
 from servoid.cli.doubting import settled
 from servoid.cli.model.model_command import ModelOrder
 from servoid.cli.model.summary import print_summary
@@ -117,16 +116,20 @@ def _check_settings(order: ModelOrder) -> None:
         ModelError: a setting is out of range.
 
     """
-    kind = ModelSettings if order.method is Method.region else PaperSettings
-    kind(
+    request = _request(order)
+    _ = request.settings() if order.method is Method.region else request.paper_settings()
+    fault = distance_fault("--distance", order.distance)
+    if fault is not None:
+        raise ModelError(fault)
+
+
+def _request(order: ModelOrder) -> Request:
+    return Request(
         max_ellipsoids=order.max_ellipsoids,
         delta=order.delta,
         seed=order.seed,
         threads=order.threads,
     )
-    fault = distance_fault("--distance", order.distance)
-    if fault is not None:
-        raise ModelError(fault)
 
 
 def _report_writer() -> WriteReport:
@@ -146,14 +149,7 @@ def _fit(order: ModelOrder, targets: list[Target], *, trusted: bool) -> ModelRes
                 note = progress.stage
             update(progress.share, note)
 
-        request = Request(
-            max_ellipsoids=order.max_ellipsoids,
-            delta=order.delta,
-            seed=order.seed,
-            threads=order.threads,
-            trust_targets=trusted,
-            progress=show,
-        )
+        request = replace(_request(order), trust_targets=trusted, progress=show)
         path = Path(order.source)
         if is_file(path) and path.suffix.lower() in SUFFIXES:
             return _fit_shape(order, path, request, targets)

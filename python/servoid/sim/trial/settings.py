@@ -115,8 +115,8 @@ class TrackingSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fiel
 
     def options(self) -> dict[str, Any]:
         """Return the values that were set, as keyword arguments of the tracker."""
-        names = ("seed", "population", "generations", "surface")
-        values = {name: getattr(self, name) for name in names}
+        values = msgspec.structs.asdict(self)
+        del values["method"]
         return {name: value for name, value in values.items() if value is not None}
 
 

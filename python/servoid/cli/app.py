@@ -8,14 +8,15 @@ import typer
 from servoid._native import __version__
 from servoid.cli.commands import Commands
 from servoid.cli.defaults import CommandWithDefaults
+from servoid.cli.export_command import export
 from servoid.cli.model.model_command import model
 from servoid.cli.pick.pick_command import pick
 from servoid.cli.plugins import add_commands
+from servoid.cli.sample_command import sample
 from servoid.cli.scan.scan_command import scan
 from servoid.cli.servo.servo_command import servo
 from servoid.cli.source.record_command import record, sources
 from servoid.cli.track.track_command import track
-from servoid.cli.values import Size, check_count, check_seed
 
 app: typer.Typer = typer.Typer(
     name="servoid",
@@ -56,84 +57,7 @@ app.command(cls=CommandWithDefaults)(sources)
 app.command(cls=CommandWithDefaults)(servo)
 app.command(cls=CommandWithDefaults)(pick)
 app.command(cls=CommandWithDefaults)(scan)
-
-
-@app.command(cls=CommandWithDefaults)
-def sample(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to write.")],
-    moving: Annotated[
-        bool,
-        typer.Option(
-            "--moving",
-            help="Write a stereo recording of a moving toy to track, with the true poses.",
-        ),
-    ] = False,
-    count: Annotated[
-        int | None,
-        typer.Option(
-            callback=check_count,
-            metavar="N",
-            help="Write this many observations, at 30 per second (default: {sample.count}, or the "
-            "whole turn).",
-            show_default=False,
-        ),
-    ] = None,
-    size: Annotated[
-        Size | None,
-        typer.Option(
-            help="Write images of 320 x 240 pixels, small, or of 640 x 480, full (default "
-            "{sample.size})."
-        ),
-    ] = None,
-    turn: Annotated[
-        bool, typer.Option("--turn", help="Turn the toy all the way around and back.")
-    ] = False,
-    occluder: Annotated[
-        bool,
-        typer.Option("--occluder", help="Let something cover a third of the toy as it passes."),
-    ] = False,
-    hand: Annotated[
-        bool, typer.Option("--hand", help="Move the cameras, and let the toy rest.")
-    ] = False,
-    grey: Annotated[bool, typer.Option("--grey", help="Write images without colour.")] = False,
-    plain: Annotated[bool, typer.Option("--plain", help="Use a toy without any pattern.")] = False,
-    one_camera: Annotated[
-        bool, typer.Option("--one-camera", help="Write no right images.")
-    ] = False,
-    seed: Annotated[
-        int | None,
-        typer.Option(
-            callback=check_seed,
-            metavar="S",
-            help="Another seed gives another motion in another room.",
-        ),
-    ] = None,
-) -> None:
-    """Write a capture of a synthetic object, to try servoid with.
-
-    [bold]servoid sample out/sample[/bold]
-
-    [bold]servoid sample out/moving --moving --size small --count 60[/bold]
-    """
-    from servoid.cli.sampling import check_still, run_moving_sample, run_sample
-
-    options = {
-        "count": count,
-        "size": None if size is None else size.value,
-        "turn": turn or None,
-        "occluder": occluder or None,
-        "hand": hand or None,
-        "grey": grey or None,
-        "plain": plain or None,
-        "one_camera": one_camera or None,
-        "seed": seed,
-    }
-    given = {name: value for name, value in options.items() if value is not None}
-    if moving:
-        run_moving_sample(directory, given)
-    else:
-        check_still(given)
-        run_sample(directory)
+app.command(cls=CommandWithDefaults)(sample)
 
 
 @app.command(cls=CommandWithDefaults)
@@ -176,61 +100,5 @@ def doctor(
     run_doctor(json=json, tests=test)
 
 
-@app.command(cls=CommandWithDefaults)
-def export(
-    body: Annotated[
-        Path, typer.Argument(metavar="BODY", help="A body, a .json file that model wrote.")
-    ],
-    out: Annotated[
-        Path, typer.Option(metavar="FILE", help="The file to write; others may go beside it.")
-    ],
-    to: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FORMAT",
-            help="obj, ply, glb, mjcf, urdf, sdf or splat (default: what FILE ends in; .xml is "
-            "mjcf, .ply a mesh).",
-        ),
-    ] = None,
-    density: Annotated[
-        float | None,
-        typer.Option(
-            metavar="D",
-            help="Density in kg per cubic metre (default: water's, {export.density_kg_m3}).",
-        ),
-    ] = None,
-    frame: Annotated[
-        str | None,
-        typer.Option(
-            metavar="object|world",
-            help="The frame of the coordinates: the object's own, or the world's with the object "
-            "at its modelled pose (default: {export.frame}).",
-        ),
-    ] = None,
-    name: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Name of the body in FILE (default: the name of FILE)."),
-    ] = None,
-    detail: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="Make meshes of 20 * 4^N triangles per ellipsoid, N from 0 to 6 (default "
-            "{export.detail}).",
-        ),
-    ] = None,
-) -> None:
-    """Write a body for a simulator, a planner or a viewer.
-
-    [bold]servoid export body.json --to mjcf --out body.xml[/bold]
-
-    [bold]servoid export body.json --out body.urdf --density 400[/bold]
-
-    [bold]servoid export body.json --to splat --frame world --out body.ply[/bold]
-    """
-    from servoid.cli.exporting import Request, run_export
-
-    run_export(Request(body, out, to, density, frame, name, detail))
-
-
+app.command(cls=CommandWithDefaults)(export)
 add_commands(app)

@@ -1,6 +1,7 @@
 """`servoid sample`: writes a capture to try servoid with."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -8,20 +9,37 @@ import numpy as np
 import typer
 
 from servoid.cli.progress import progress_bar
+from servoid.cli.sample_command import SampleOrder
+from servoid.cli.values import Size
 from servoid.sim import WHOLE_TURN, MovingScene, Scenario, write_moving_sample, write_sample
 from servoid.words import counted
 
 
-def check_still(chosen: Mapping[str, Any]) -> None:
-    """Refuse options that apply to a moving sample only."""
-    for name in chosen:
+def run_sample(order: SampleOrder) -> None:
+    """Write a capture of an object at rest, or a recording of a moving one.
+
+    Raises:
+        BadParameter: an option applies to a moving object only, or two contradict each other.
+
+    """
+    chosen = asdict(order)
+    given = {
+        name: value.value if isinstance(value, Size) else value
+        for name, value in chosen.items()
+        if name not in ("directory", "moving") and value is not None and value is not False
+    }
+    if order.moving:
+        _write_moving(order.directory, given)
+        return
+    for name in given:
         option = "--" + name.replace("_", "-")
         raise typer.BadParameter(
             f"{option} does not apply without --moving; add --moving, or leave {option} out"
         )
+    _write_still(order.directory)
 
 
-def run_sample(directory: Path) -> None:
+def _write_still(directory: Path) -> None:
     """Write the sample capture and print how to model it."""
     with progress_bar("drawing") as update:
         write_sample(directory, progress=lambda done, of: update(done / of, f"{done} of {of}"))
@@ -29,7 +47,7 @@ def run_sample(directory: Path) -> None:
     typer.echo(f"  servoid model {directory} --out body.json")
 
 
-def run_moving_sample(directory: Path, chosen: Mapping[str, Any]) -> None:
+def _write_moving(directory: Path, chosen: Mapping[str, Any]) -> None:
     """Write the recording that the options describe; their names are those of `Scenario`."""
     if chosen.get("turn") and chosen.get("hand"):
         raise typer.BadParameter(

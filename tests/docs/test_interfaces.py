@@ -1,20 +1,20 @@
-"""A room of the package is entered through its door."""
+"""A part of the package is imported by its interface."""
 
 from pathlib import Path
 
 import pytest
-from doors import from_drawers, kept_for_nobody, taken_from_others
+from interfaces import exposed_for_nobody, imports_of_others, past_interfaces
 
 PYTHON = Path(__file__).parents[2] / "python" / "servoid"
 
 
-def test_nothing_is_imported_from_a_drawer_of_another_room() -> None:
-    assert len(list(taken_from_others(PYTHON))) > 500
-    assert from_drawers(PYTHON) == []
+def test_nothing_internal_is_imported_from_another_part() -> None:
+    assert len(list(imports_of_others(PYTHON))) > 500
+    assert past_interfaces(PYTHON) == []
 
 
-def test_a_door_holds_nothing_that_is_neither_public_nor_used_by_another_room() -> None:
-    assert kept_for_nobody(PYTHON) == []
+def test_an_interface_holds_nothing_that_is_neither_public_nor_used_by_another_part() -> None:
+    assert exposed_for_nobody(PYTHON) == []
 
 
 # The check itself is checked.
@@ -38,7 +38,7 @@ def package(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("text", "drawer"),
+    ("text", "internal"),
     [
         ("from servoid.camera import Pinhole, read", ""),
         ("from servoid.camera.open import opened", ""),
@@ -53,17 +53,19 @@ def package(tmp_path: Path) -> Path:
         ("import servoid.camera.images", "servoid.camera.images"),
     ],
 )
-def test_an_import_from_a_drawer_is_caught(package: Path, text: str, drawer: str) -> None:
+def test_an_import_of_something_internal_is_caught(package: Path, text: str, internal: str) -> None:
     (package / "pose" / "a.py").write_text(text)
-    assert [line.split(": ")[1] for line in from_drawers(package)] == ([drawer] if drawer else [])
+    assert [line.split(": ")[1] for line in past_interfaces(package)] == (
+        [internal] if internal else []
+    )
 
 
-def test_a_room_may_use_its_own_drawers(package: Path) -> None:
+def test_a_part_may_import_what_is_internal_to_it(package: Path) -> None:
     (package / "camera" / "a.py").write_text("from servoid.camera.lens.pinhole import Pinhole")
-    assert from_drawers(package) == []
+    assert past_interfaces(package) == []
 
 
-def test_what_a_door_binds_for_nobody_is_caught(package: Path) -> None:
-    assert kept_for_nobody(package) == ["servoid.camera.read"]
+def test_what_an_interface_binds_for_nobody_is_caught(package: Path) -> None:
+    assert exposed_for_nobody(package) == ["servoid.camera.read"]
     (package / "pose" / "a.py").write_text("from servoid.camera import read")
-    assert kept_for_nobody(package) == []
+    assert exposed_for_nobody(package) == []

@@ -1,7 +1,7 @@
-"""Reads what each room of the package takes from another, and through which door.
+"""Reads what each part of the package imports from another, and whether by its interface.
 
-The door of a room is its `__init__`: what that binds, others may import. A folder or a module
-inside a room that lists its names in `__all__` is a door too. All else is a drawer.
+The interface of a part is its `__init__`: what that binds, others may import. A folder or a module
+inside a part that lists its names in `__all__` is an interface too. All else is internal.
 """
 
 import ast
@@ -11,8 +11,8 @@ from pathlib import Path
 
 
 @dataclass(frozen=True)
-class Taken:
-    """One name that a file imports from another room; empty for a whole module."""
+class Import:
+    """One name that a file imports from another part; empty for a whole module."""
 
     file: Path
     line: int
@@ -23,36 +23,36 @@ class Taken:
         return f"{self.file}:{self.line}: {self.module}.{self.name}".rstrip(".")
 
 
-def taken_from_others(package: Path) -> Iterator[Taken]:
-    """Yield each name that a file of a package imports from another of its rooms."""
+def imports_of_others(package: Path) -> Iterator[Import]:
+    """Yield each name that a file of a package imports from another of its parts."""
     for file in sorted(package.rglob("*.py")):
         inside = file.relative_to(package)
         for line, module, names in _imports(file):
             parts = module.split(".")
             is_other = len(parts) > 1 and parts[0] == package.name and parts[1] != inside.parts[0]
             if is_other and (package / parts[1]).is_dir():
-                yield from (Taken(inside, line, module, name) for name in names or [""])
+                yield from (Import(inside, line, module, name) for name in names or [""])
 
 
-def from_drawers(package: Path) -> list[str]:
-    """Name the imports from another room that pass none of its doors."""
+def past_interfaces(package: Path) -> list[str]:
+    """Name the imports of what is internal to another part."""
     return [
         str(one)
-        for one in taken_from_others(package)
+        for one in imports_of_others(package)
         if one.name not in {"", *_shown(package, one.module)}
-        or (not one.name and not _is_door(package, one.module))
+        or (not one.name and not _is_interface(package, one.module))
     ]
 
 
-def kept_for_nobody(package: Path) -> list[str]:
-    """Name what the door of a room binds, but neither makes public nor gives to another room."""
-    taken = {(one.module, one.name) for one in taken_from_others(package)}
+def exposed_for_nobody(package: Path) -> list[str]:
+    """Name what an interface binds, but neither makes public nor gives to another part."""
+    imported = {(one.module, one.name) for one in imports_of_others(package)}
     return [
         f"{module}.{name}"
         for folder in sorted(path.parent for path in package.glob("*/**/__init__.py"))
         for module in [".".join((package.name, *folder.relative_to(package).parts))]
         for name in sorted(_bound(_init(package, module), module))
-        if name not in _listed(_init(package, module)) and (module, name) not in taken
+        if name not in _listed(_init(package, module)) and (module, name) not in imported
         if not _is_used(_init(package, module), name)
     ]
 
@@ -66,13 +66,13 @@ def _imports(file: Path) -> Iterator[tuple[int, str, list[str]]]:
 
 
 def _shown(package: Path, module: str) -> set[str]:
-    """Return what a module shows to other rooms."""
+    """Return what a module shows to other parts."""
     file = _init(package, module)
-    is_room = module.count(".") == 1
-    return (_bound(file) | _listed(file)) if is_room or _is_door(package, module) else set()
+    is_part = module.count(".") == 1
+    return (_bound(file) | _listed(file)) if is_part or _is_interface(package, module) else set()
 
 
-def _is_door(package: Path, module: str) -> bool:
+def _is_interface(package: Path, module: str) -> bool:
     return module.count(".") == 1 or bool(_listed(_init(package, module)))
 
 

@@ -14,9 +14,8 @@ import numpy as np
 from servoid.capture import open_capture
 from servoid.servo import Controller, RememberingArm, TrackingThread, brought_to_rest, servo_tracked
 from servoid.servo.link import LinkedArm
-from servoid.sim.arm_file import read_arm
+from servoid.sim import SerialArm, read_arm
 from servoid.sim.joint_driver import drive_joints
-from servoid.sim.serial_arm import SerialArm
 from servoid.source import Recording, cameras_of
 from servoid.track import Tracker, follow
 

@@ -23,8 +23,7 @@ from servoid.model import (
 from servoid.pose import Pose
 from servoid.servo import Arm, Controller
 from servoid.shape import Body
-from servoid.sim.arm_file import read_arm
-from servoid.sim.serial_arm import SerialArm
+from servoid.sim import SerialArm, read_arm
 from servoid.track import Tracker
 
 Image = NDArray[np.uint8]

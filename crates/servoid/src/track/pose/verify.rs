@@ -1,5 +1,5 @@
 use super::refine::{Evaluated, Workspace};
-use super::weakest_turn::WeakestTurn;
+use super::weakest_turn::{WeakestTurn, gradient_noise};
 use crate::fitness::Agreement;
 use crate::track::inputs::Inputs;
 use crate::track::target::points::Match;
@@ -56,6 +56,9 @@ const SEEN: (f64, f64) = (0.4, 0.8);
 /// most 16, of an object with a coarse pattern 20, with print 38 and more, in images of 320 x 240
 /// and of 640 x 480 pixels.
 const FINE: f64 = 16.0;
+/// Part of the noise's variance that is taken off that gradient, before the patch is normalised: noise
+/// is as fine as print.
+const OF_NOISE: f64 = 0.2;
 /// Surface points that weigh as much as an outline whose colours separate the object well.
 const REGION_POINTS: f64 = 30.0;
 
@@ -135,10 +138,8 @@ impl Points {
             let correlation = agreement.map_or(0.0, |a| a.correlation);
             let worth = hit_rate * ((correlation - SEEN.0) / (SEEN.1 - SEEN.0)).clamp(0.0, 1.0);
             let is_textured = agreement.is_some_and(|found| window.shows_texture(&found));
-            let is_fine = |found: Agreement| {
-                let radius_px = found.slope.row(0).norm() * inputs.solid.radius;
-                found.tensor.trace() * radius_px >= FINE
-            };
+            let noise = gradient_noise(window.noise, one.level);
+            let is_fine = |found: Agreement| is_fine(&found, inputs.solid.radius, noise);
             let light = window.light.max(brightness);
             one.turns = agreement.is_some_and(|found| match weakest {
                 Some(turn) => {
@@ -165,6 +166,14 @@ impl Points {
     }
 }
 
+/// Returns whether a patch on an object of a radius is finely patterned, beyond what the noise of its
+/// image, as a variance, makes of it.
+fn is_fine(found: &Agreement, radius: f64, noise: f64) -> bool {
+    let radius_px = found.slope.row(0).norm() * radius;
+    let detail = found.tensor.trace() - OF_NOISE * noise / found.contrast.powi(2);
+    detail * radius_px >= FINE
+}
+
 /// Returns the mean log-likelihood ratio of the pixels inside the outline, and their number.
 fn region(inputs: &Inputs<'_>, found: &Evaluated) -> (f64, f64) {
     let (mut sum, mut area) = (0.0, 0.0);
@@ -183,4 +192,36 @@ fn brightness(matches: &[Match]) -> f64 {
     let recognised = || matches.iter().filter(|one| one.is_recognised());
     let all: f64 = recognised().filter_map(|one| one.agreement).map(|found| found.brightness).sum();
     all / (recognised().count() as f64).max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix2, Matrix2x3, Vector2};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn more_noise_never_makes_a_fine_pattern_of_a_patch_and_without_any_its_contrast_is_no_matter(
+            gradient in 0.01..2.0_f64,
+            contrast in 1.0..80.0_f64,
+            noise in 0.0..900.0_f64,
+            more in 1.0..4.0_f64,
+        ) {
+            let patch = |contrast: f64| Agreement {
+                pixel: Vector2::zeros(),
+                slope: Matrix2x3::new(1000.0, 0.0, 0.0, 0.0, 1000.0, 0.0),
+                correlation: 1.0,
+                tensor: Matrix2::identity() * (0.5 * gradient),
+                pull: Vector2::zeros(),
+                contrast,
+                brightness: 100.0,
+            };
+            prop_assert_eq!(is_fine(&patch(contrast), 0.05, 0.0), gradient * 50.0 >= FINE);
+            let now = is_fine(&patch(contrast), 0.05, noise);
+            prop_assert!(now || !is_fine(&patch(contrast), 0.05, more * noise));
+            prop_assert!(!now || is_fine(&patch(more * contrast), 0.05, noise));
+        }
+    }
 }

@@ -69,12 +69,17 @@ impl WeakestTurn {
         let pull = found.tensor * motion;
         let (mixed, across) = (beside.dot(&pull), beside.dot(&(found.tensor * beside)));
         let alone = motion.dot(&pull) - mixed * mixed / (across + LEAST_ACROSS * squared);
-        // Both the noise and its gradient per pixel are half as large at the next level.
-        let noise = noise / f64::from(1_u32 << (2 * level));
-        let change =
-            found.contrast * found.contrast * alone - IN_GRADIENT * noise * noise * squared;
+        let change = found.contrast * found.contrast * alone
+            - IN_GRADIENT * gradient_noise(noise, level) * squared;
         change > (SHADING * light).powi(2)
     }
+}
+
+/// Returns the variance of noise at a level of an image's pyramid, as far as it changes from pixel to
+/// pixel of the image, in square grey levels.
+pub(crate) fn gradient_noise(noise: f64, level: usize) -> f64 {
+    // Both the noise and its gradient per pixel are half as large at the next level.
+    (noise / f64::from(1_u32 << (2 * level))).powi(2)
 }
 
 #[cfg(test)]

@@ -69,7 +69,7 @@ def _case(order: ModelOrder) -> CaptureCase:
         content="",
         by_paper=order.method is Method.paper,
         targets=tuple(order.targets),
-        views=_bounds(order.views or slice(None)),
+        views=_bounds(order.chosen),
         observations=None if order.observations is None else _bounds(order.observations),
         distance=order.distance,
         trust_targets=order.trust_targets,

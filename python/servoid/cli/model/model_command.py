@@ -192,6 +192,11 @@ class ModelOrder(CameraOptions, ScaleOptions):
         ),
     ] = None
 
+    @property
+    def chosen(self) -> slice:
+        """Return the views to use."""
+        return self.views or slice(None)
+
 
 @command
 def model(order: ModelOrder) -> None:

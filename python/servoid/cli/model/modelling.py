@@ -166,7 +166,7 @@ def _fit(order: ModelOrder, targets: list[Target], *, trusted: bool) -> ModelRes
         # Before the views are read, because both together would not fit into memory.
         doubt = doubt_calibration(opened.capture, is_assumed=order.known.baseline_m is not None)
         doubts = () if doubt is None else (doubt,)
-        chosen = {"observations": order.observations, "views": order.views or slice(None)}
+        chosen = {"observations": order.observations, "views": order.chosen}
         if order.method is Method.region:
             made = fit_capture(
                 opened.capture, request, targets=targets, distance_m=order.distance, **chosen
@@ -185,7 +185,7 @@ def _fit_shape(
     chosen = {
         "--target": bool(targets),
         "--method paper": order.method is Method.paper,
-        "--views": order.views not in (None, slice(None)),
+        "--views": order.chosen != slice(None),
         "--observations": order.observations is not None,
         "--distance": order.distance is not None,
         "--bop-object": order.bop_object is not None,

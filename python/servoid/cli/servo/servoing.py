@@ -14,7 +14,7 @@ from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.progress import progress_bar
 from servoid.cli.servo.servo_order import RECORDED, Order
 from servoid.cli.servo.servo_summary import print_servo_summary
-from servoid.errors import DoubtError, ServoError, TargetError
+from servoid.errors import DoubtError, TargetError
 from servoid.exchange.bags.writing import McapRun, ObjectState, RunRig, mcap_run
 from servoid.output import check_folder, remove_file, write_whole
 from servoid.record import (
@@ -88,11 +88,6 @@ def run_servo(order: Order) -> None:
             raise TargetError(
                 f"{doubt}; {picture} shows the candidates, and --trust-target uses the first"
             ) from doubt
-        except ServoError as error:
-            looks = order.out / "look"
-            if run.has_explored:
-                raise ServoError(f"{error}; the images so far are the capture {looks}") from error
-            raise
     ending = _ending(trial) if stopped else None
     _report(order.out, trial, order, ending)
     if ending is not None:
@@ -126,7 +121,6 @@ class _Run:
         self._video: ServoVideo | None = None
         self._recording: McapRun | None = None
         self._is_known = False
-        self.has_explored = False  # so that the capture of all looks is whole
 
     def prepare(self, world: World, stack: ExitStack, order: Order) -> None:
         """Open the video and the recording of a world, if they were requested."""
@@ -150,7 +144,6 @@ class _Run:
     def watch(self, step: TrialStep) -> None:
         """Process a step."""
         self.trial = step.trial or self.trial
-        self.has_explored |= step.stage in ("modelling", "taking place")
         share = share_of_run(step.stage, step.share, self._seconds)
         self._update(share, f"{step.stage} {step.time_s:6.2f} s")
         if self._recording is not None:

@@ -154,7 +154,7 @@ def _explored(
     )
     goal = _goal(settings, exploration)
     if any(settings.run.start_offset) or any(settings.run.start_turn_deg):
-        _take_place(world, controller, _start(settings, exploration, goal), settings, see)
+        _take_place(world, controller, _start(settings, exploration, goal), settings, see, folder)
     return exploration, goal
 
 
@@ -239,8 +239,9 @@ def _take_place(
     start: tuple[Pose, Floats],
     settings: TrialSettings,
     see: Callable[[str, float, Instant | None, Command | None], None],
+    looks: Path,
 ) -> None:
-    """Move the hand to the start pose of the run.
+    """Move the hand to the start pose of the run; the capture of all looks is in `looks`.
 
     Raises:
         ServoError: the arm does not reach it.
@@ -261,7 +262,7 @@ def _take_place(
             f"the hand cannot start {_listed(run.start_offset)} m and "
             f"{_listed(run.start_turn_deg)} degrees off its goal: it stays {shift:.3f} m and "
             f"{np.degrees(turned):.1f} degrees away from there, at a limit of the arm or of its "
-            "workspace; choose smaller values"
+            f"workspace; choose smaller values; the images so far are the capture {looks}"
         )
 
 

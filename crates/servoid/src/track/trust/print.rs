@@ -18,7 +18,7 @@ const FINELY_ALONE: f64 = 0.7;
 /// Largest share of the recognised points that are finely patterned, from which on an object with many
 /// points is surely printed, or the number of points per camera with the contrast of a pattern, times the
 /// shares of printed and of finely patterned ones, all at their largest: 35 are shading at times.
-const SURE: (f64, f64) = (0.92, 36.0);
+const SURELY: (f64, f64) = (0.92, 36.0);
 
 /// Returns whether an object showed so little of a pattern, in so many cameras, that its surface
 /// points are shading and highlights: these slide along the surface while it turns, all together,
@@ -62,8 +62,8 @@ impl Tracker {
     pub(in crate::track) fn is_surely_printed(&self) -> bool {
         let Reference { most_textured, most_printed, most_fine, .. } = self.target.reference;
         let each = most_textured / self.frame.cameras.len() as f64;
-        let is_fine = most_fine >= SURE.0 && each >= RICH;
-        is_fine || each * most_printed * most_fine >= SURE.1
+        let is_fine = most_fine >= SURELY.0 && each >= RICH;
+        is_fine || each * most_printed * most_fine >= SURELY.1
     }
 
     /// Returns whether most of what is usually recognised is a pattern, and enough of it is seen, at

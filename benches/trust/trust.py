@@ -31,7 +31,7 @@ sys.path.extend(
     for part in ("benches/track", "tests/fixtures", "tests/scenes")
 )
 
-from trust_scenes import COURSES, FULL, MESHES, TOY_COURSES, write_course
+from trust_scenes import COURSES, FULL, MESHES, PLAIN_COURSES, TOY_COURSES, write_course
 from trust_variants import VARIANTS, Variant
 from trust_verdicts import Verdicts, verdicts
 
@@ -71,7 +71,7 @@ def sequences(folder: Path) -> Iterator[tuple[str, Open]]:
         else:
             print(f"{place.name} skipped: not in shared/data beside the repository")
     toys = TOY_COURSES if MESHES.is_dir() else {}
-    for name in (*COURSES, *toys):
+    for name in (*COURSES, *PLAIN_COURSES, *toys):
         yield f"{DRAWN} {name}", lambda seed, name=name: drawn(folder, name, seed)
 
 

@@ -185,6 +185,7 @@ COURSES = {
     "jump": Course(PRINTED, 40, 36.0),
     "plain": Course(PLAIN, 60, 3.0, turned_deg=sway),
 }
+PLAIN_COURSES = {"plain that turns": Course(PLAIN, 60, 3.0, turned_deg=on_and_on)}
 _ALL_TOYS = tuple(f"{_TOY}{name}" for name in TOYS)
 TOY_COURSES = {
     "toys": Course(_ALL_TOYS, 60, 3.0, turned_deg=sway),
@@ -195,7 +196,7 @@ SPINS = {
     "labelled bottle": Course((LABELLED,), 100, 3.0, turned_deg=on_and_on),
 }
 # The toys only where their meshes lie beside the repository.
-ALL_COURSES = COURSES | SPINS | TOY_COURSES
+ALL_COURSES = COURSES | PLAIN_COURSES | SPINS | TOY_COURSES
 
 
 def write_course(folder: Path, name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path:

@@ -83,11 +83,12 @@ class Request:
 
     `observations` and `every` select the observations: every `every`-th of the slice. `evolve` is
     whether bodies evolve; by default only bodies modelled from the first observation do, since they
-    lack the sides that it did not show. `evolve_every` is the number of observations until a body
-    may evolve again. `distance_m` is the distance of an object in the first observation, which a
-    single image without depth leaves open. `maker` makes the trackers, if not the method's own.
-    With `trust_targets`, a target that may mean several objects is used nevertheless. `progress` is
-    called with the progress of the modelling that may come first.
+    lack the sides that it did not show, and `adjust_outlines` adjusts only these. `evolve_every` is
+    the number of observations until a body may evolve again. `distance_m` is the distance of an
+    object in the first observation, which a single image without depth leaves open. `maker` makes
+    the trackers, if not the method's own. With `trust_targets`, a target that may mean several
+    objects is used nevertheless. `progress` is called with the progress of the modelling that may
+    come first.
     """
 
     method: Method = Method.REGION
@@ -138,7 +139,11 @@ class Request:
     def options(self, subject: Subject | None = None) -> dict[str, int | float | bool | None]:
         """Return the settings of the core for a subject, by their names there."""
         chosen = {name: getattr(self, name) for name in _OF_CORE}
-        knows = subject is not None and subject.known_shape and not self.evolves(subject)
-        if knows and self.method is Method.REGION:
+        if subject is None or self.method is not Method.REGION:
+            return chosen
+        evolves = self.evolves(subject)
+        if subject.known_shape and not evolves:
             chosen["known_shape"] = True
+        if subject.body is None and self.adjust_outlines is None:
+            chosen["adjust_outlines"] = evolves
         return chosen

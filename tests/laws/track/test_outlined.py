@@ -9,8 +9,10 @@ from trust_verdicts import Verdicts, verdicts
 
 from servoid.capture import open_capture
 from servoid.exchange.shapes.mesh_file import read_mesh
+from servoid.pose import Pose
 from servoid.record import read_trajectory
-from servoid.track import Request, track_capture
+from servoid.shape import Body
+from servoid.track import Method, Request, Subject, track_capture
 
 
 def plain_sway(folder: Path, seed: int, *, adjusted: bool) -> Verdicts:
@@ -32,5 +34,26 @@ def test_outlines_of_several_sides_turn_a_plain_object_as_it_turned(
     )
     assert np.median(together.turn) < 0.6 * np.median(alone.turn)
     assert together.wrong.mean() < 0.1
-    # Of what looks the same all around they make up a spin: so the status is not theirs to tell.
     assert not together.trusted_wrong.any()
+    assert together.tracking.mean() >= 0.2 and not alone.tracking.any()  # 0.37 and 0.51
+
+
+def test_outlines_adjust_bodies_of_one_look_that_evolve_unless_told_otherwise() -> None:
+    body = Body(
+        world_from_object=Pose.identity(),
+        centers=np.zeros((1, 3)),
+        rotations=np.array([[1.0, 0.0, 0.0, 0.0]]),
+        radii=np.full((1, 3), 0.04),
+    )
+    looked_at, from_file = Subject(), Subject(body=body)
+    for subject, evolve, expected in (
+        (looked_at, None, True),
+        (looked_at, False, False),
+        (from_file, None, None),
+        (from_file, True, None),
+    ):
+        assert Request(evolve=evolve).options(subject)["adjust_outlines"] is expected
+        for asked in (False, True):
+            request = Request(evolve=evolve, adjust_outlines=asked)
+            assert request.options(subject)["adjust_outlines"] is asked
+    assert Request(method=Method.PAPER).options(looked_at)["adjust_outlines"] is None

@@ -136,7 +136,6 @@ def test_model_track_sample_and_export_show_the_defaults_of_python() -> None:
             "--population": str(tracker.population),
             "--generations": str(tracker.generations),
             "--adjust": "yes" if tracker.adjust else "no",
-            "--adjust-outlines": "yes" if tracker.adjust_outlines else "no",
             "--depth-from-motion": "yes" if tracker.depth_from_motion else "no",
             "--seed": str(tracker.seed),
             "--every": str(track.Request().every),

@@ -25,7 +25,7 @@ pub struct TrackSettings {
     /// Whether keyframes and surface points are adjusted together, in a separate thread.
     pub adjust: bool,
     /// Whether the outlines of an object without print adjust its body and its keyframes together, if
-    /// two or more cameras see it and its shape is a guess. A step may wait for it.
+    /// two or more cameras see it and its shape is a guess, in a separate thread. A step may wait for it.
     pub adjust_outlines: bool,
     /// Whether the distances of points that only one camera sees are estimated from motion from the
     /// start, beginning with a wide guess. Otherwise this starts once the body is found to be

@@ -321,7 +321,7 @@ impl Tracker {
         }
         let located = followed && self.is_located(&hypothesis.quality);
         let adjusted = self.outlined_covariance(observation, hypothesis).filter(|_| located);
-        let by_outline = located && self.is_turn_outlined(hypothesis);
+        let by_outline = located && (adjusted.is_some() || self.is_turn_outlined(hypothesis));
         let evidence = self.evidence(&hypothesis.quality, &known.covariance, by_outline);
         let shows = by_outline
             || shows_turn(&evidence, self.printed(&hypothesis.quality))
@@ -342,7 +342,7 @@ impl Tracker {
         if followed && visible < CLEAR {
             self.frame.notices.push(Notice::Hidden { hidden: 100.0 * (1.0 - visible) });
         }
-        let mut covariance = self.covariance(&known, by_outline || adjusted.is_some());
+        let mut covariance = self.covariance(&known, by_outline);
         if let Some(adjusted) = adjusted {
             covariance += adjusted;
         } else if followed && !by_outline {

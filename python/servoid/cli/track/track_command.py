@@ -241,9 +241,10 @@ class TrackOrder(CameraOptions):
         bool | None,
         typer.Option(
             "--adjust-outlines/--no-adjust-outlines",
-            help="Adjust the body of an object without print to the outlines of all its sides, "
-            "and its poses with it; needs two cameras, and steps may take half a second "
-            f"(default: {'yes' if _defaults.adjust_outlines else 'no'}).",
+            help="Adjust the body of an object without print to the outlines of all its sides "
+            "that two cameras see, and its poses with it, in a background thread; a step may wait "
+            "for it, usually below 0.1 s (default: a body that was modelled from the first "
+            "observation and evolves is adjusted, one from a file is not).",
             show_default=False,
             rich_help_panel=_SEARCH,
         ),

@@ -91,20 +91,27 @@ impl Tracker {
             && self.frame.open() >= CAMERAS
             && visible >= WHOLE
             && outline >= FITS
-            && self.is_turn_certain(hypothesis)
+            && self.is_turn_certain(hypothesis, (LEVER, CERTAIN_RAD))
     }
 
-    /// Returns whether the outline determines the orientation about all axes.
-    pub(in crate::track) fn is_turn_certain(&self, hypothesis: &Hypothesis) -> bool {
-        self.lever(hypothesis) >= LEVER
-            && is_certain(&hypothesis.normal.outline.0, self.target.solid.radius)
+    /// Returns whether the outline determines the orientation about all axes: by a least lever, and a
+    /// largest standard deviation.
+    pub(in crate::track) fn is_turn_certain(
+        &self,
+        hypothesis: &Hypothesis,
+        (lever, most_rad): (f64, f64),
+    ) -> bool {
+        let turn_sd = turn_sd(&hypothesis.normal.outline.0, self.target.solid.radius);
+        self.lever(hypothesis) >= lever && turn_sd.is_some_and(|sd| sd <= most_rad)
     }
 }
 
-fn is_certain(outline: &Matrix6<f64>, radius: f64) -> bool {
-    let Some(covariance) = inverse(&(outline + Normal::new(radius).prior)) else { return false };
+/// Returns the standard deviation of the orientation about its least certain axis, by the information of
+/// an outline.
+fn turn_sd(outline: &Matrix6<f64>, radius: f64) -> Option<f64> {
+    let covariance = inverse(&(outline + Normal::new(radius).prior))?;
     let turn = covariance.fixed_view::<3, 3>(3, 3).into_owned();
-    SymmetricEigen::new(turn).eigenvalues.max() <= CERTAIN_RAD.powi(2)
+    Some(SymmetricEigen::new(turn).eigenvalues.max().max(0.0).sqrt())
 }
 
 #[cfg(test)]

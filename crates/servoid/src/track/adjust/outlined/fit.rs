@@ -21,6 +21,8 @@ pub(crate) struct Scene {
     pub(crate) prior: State,
     /// Of the body, in metres.
     pub(crate) radius: f64,
+    /// Whether the body is fixed as well.
+    pub(crate) is_rigid: bool,
 }
 
 /// Standard deviation of a distance in pixels, and number of neighbours that share one error: the
@@ -69,7 +71,7 @@ impl Scene {
         for _ in 0..steps {
             let equations = self.equations(&state)?;
             let lower = loop {
-                let tried = equations.step(damping).map(|step| state.moved(&step));
+                let tried = equations.step(damping).map(|step| self.moved(&state, &step));
                 let new = tried.and_then(|tried| Some((self.cost(&tried)?, tried)));
                 match new {
                     Some((new, tried)) if new < cost => break Some((new, tried)),
@@ -125,7 +127,7 @@ impl Scene {
     /// Returns the covariance of each keyframe's pose, as a small motion of the object.
     pub(super) fn covariances(&self, state: &State) -> Option<Vec<Matrix6<f64>>> {
         let inverse = self.equations(state)?.curvature.cholesky()?.inverse();
-        let from = 9 * state.parts.len();
+        let from = self.numbers(&state.parts);
         let own = |at: usize| match at.checked_sub(1) {
             Some(free) => inverse.fixed_view::<6, 6>(from + 6 * free, from + 6 * free).into_owned(),
             None => Matrix6::zeros(),
@@ -144,9 +146,43 @@ impl Scene {
         cost.is_finite().then_some(cost)
     }
 
+    /// Returns the information of all keyframes together on one small motion of the object.
+    pub(super) fn together(&self, state: &State) -> Option<Matrix6<f64>> {
+        let mut sum = Matrix6::zeros();
+        for distances in self.with_slopes(state, true)? {
+            for row in distances.boundary.iter().chain(&distances.outline) {
+                let by_motion = row.slope.fixed_rows::<6>(9).into_owned();
+                let weight = row.weight * robust(row.off_px).1 * SCALE;
+                sum += by_motion * by_motion.transpose() * weight;
+            }
+        }
+        Some(sum)
+    }
+
+    /// Returns the number of numbers of the body that are adjusted.
+    fn numbers(&self, parts: &[Part]) -> usize {
+        if self.is_rigid { 0 } else { 9 * parts.len() }
+    }
+
+    fn moved(&self, state: &State, by: &DVector<f64>) -> State {
+        let from = self.numbers(&state.parts);
+        let mut parts = state.parts.clone();
+        for (at, part) in parts.iter_mut().enumerate().take(from / 9) {
+            *part = part.moved(&by.fixed_rows::<9>(9 * at).into_owned());
+        }
+        let poses = state.poses.iter().enumerate().map(|(at, pose)| match at.checked_sub(1) {
+            Some(free) => {
+                let by = by.fixed_rows::<6>(from + 6 * free).into_owned();
+                (*pose * Pose::exp(&by)).renormalized()
+            }
+            None => *pose,
+        });
+        State { poses: poses.collect(), parts }
+    }
+
     fn equations(&self, state: &State) -> Option<Equations> {
-        let (parts, count) = (state.parts.len(), state.poses.len());
-        let size = 9 * parts + 6 * (count - 1);
+        let (parts, body) = (state.parts.len(), self.numbers(&state.parts));
+        let size = body + 6 * (state.poses.len() - 1);
         let mut sum =
             Equations { curvature: DMatrix::zeros(size, size), slope: DVector::zeros(size) };
         for (view, distances) in self.views.iter().zip(self.with_slopes(state, true)?) {
@@ -162,17 +198,18 @@ impl Scene {
                     }
                 }
             }
-            let from = view.keyframe.checked_sub(1).map(|free| 9 * parts + 6 * free);
+            let from = view.keyframe.checked_sub(1).map(|free| body + 6 * free);
             for (part, (curvature, slope)) in blocks.iter().enumerate() {
-                sum.add(9 * part, from, curvature, slope);
+                let own = (!self.is_rigid).then_some(9 * part);
+                sum.add((own, from), curvature, slope);
             }
         }
         let (parts_off, poses_off) = self.off(state);
-        for (part, off) in parts_off.iter().enumerate() {
+        for (part, off) in parts_off.iter().enumerate().take(body / 9) {
             sum.add_prior(9 * part, self.part_information().as_slice(), off.as_slice());
         }
         for (at, off) in poses_off.iter().enumerate() {
-            sum.add_prior(9 * parts + 6 * at, self.pose_information().as_slice(), off.as_slice());
+            sum.add_prior(body + 6 * at, self.pose_information().as_slice(), off.as_slice());
         }
         Some(sum)
     }
@@ -211,33 +248,16 @@ fn robust(off_px: f64) -> (f64, f64) {
     (bend * libm::log1p(far), 1.0 / (1.0 + far))
 }
 
-impl State {
-    fn moved(&self, by: &DVector<f64>) -> Self {
-        let parts = self.parts.iter().enumerate();
-        let parts = parts.map(|(at, part)| part.moved(&by.fixed_rows::<9>(9 * at).into_owned()));
-        let from = 9 * self.parts.len();
-        let poses = self.poses.iter().enumerate().map(|(at, pose)| match at.checked_sub(1) {
-            Some(free) => {
-                let by = by.fixed_rows::<6>(from + 6 * free).into_owned();
-                (*pose * Pose::exp(&by)).renormalized()
-            }
-            None => *pose,
-        });
-        Self { parts: parts.collect(), poses: poses.collect() }
-    }
-}
-
 impl Equations {
-    /// Adds what a view says of an ellipsoid and of the pose of its keyframe, unless that is fixed;
+    /// Adds what a view says of an ellipsoid and of the pose of its keyframe, unless they are fixed;
     /// only the part below the diagonal is read of the former, and filled of the sum.
     fn add(
         &mut self,
-        part: usize,
-        pose: Option<usize>,
+        (part, pose): (Option<usize>, Option<usize>),
         curvature: &SMatrix<f64, 15, 15>,
         slope: &SVector<f64, 15>,
     ) {
-        let place = |at: usize| if at < 9 { Some(part + at) } else { Some(pose? + at - 9) };
+        let place = |at: usize| if at < 9 { Some(part? + at) } else { Some(pose? + at - 9) };
         for j in 0..15 {
             let Some(column) = place(j) else { continue };
             self.slope[column] += slope[j];

@@ -1,4 +1,4 @@
-//! Adds ellipsoids where those of the body cannot follow the boundaries.
+//! Adds an ellipsoid where those of the body cannot follow the boundaries.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -9,6 +9,8 @@ use super::shape::Part;
 /// Most ellipsoids that are added to, and the least decrease of the cost by one more.
 const MOST: usize = 14;
 const LEAST: f64 = 6.0;
+/// Factor of the cost per view at which one more was not worth it, from which on it is tried again.
+const AGAIN: f64 = 1.2;
 /// Least number of keyframes for that: two tell a new ellipsoid from a turn less than more do.
 const LEAST_KEYFRAMES: usize = 5;
 /// Distance of a boundary from the outline, in radii, that is no misfit, and the rms of what is
@@ -24,34 +26,42 @@ const MISSED: usize = 3;
 const STEPS: (usize, usize) = (8, 20);
 
 impl Scene {
-    /// Fits from a state, and adds ellipsoids as long as that is worth it; what is known before of
-    /// an added one is where it began.
-    pub(super) fn grown(&mut self, from: &State) -> Option<Fitted> {
-        let mut best = self.fitted(from, STEPS.1)?;
+    /// Fits from a state, and adds an ellipsoid if that is worth it; what is known before of it is where
+    /// it began. `in_vain` is the cost per view at which that was tried last and was not, or none; it is
+    /// returned as it is now.
+    pub(super) fn grown(
+        &mut self,
+        from: &State,
+        in_vain: Option<f64>,
+    ) -> Option<(Fitted, Option<f64>)> {
+        let best = self.fitted(from, STEPS.1)?;
+        let cost = best.cost / self.views.len() as f64;
+        let fits = in_vain.is_some_and(|before| cost < AGAIN * before);
         let few = self.prior.poses.len() < LEAST_KEYFRAMES;
-        while !few && best.state.parts.len() < MOST {
-            let before = self.prior.parts.clone();
-            let mut better: Option<(Fitted, Vec<Part>)> = None;
-            for parts in self.bodies_with_one_more(&best.state)? {
-                self.prior.parts = before.clone();
-                self.prior.parts.extend(&parts[before.len()..]);
-                let tried = State { parts, poses: best.state.poses.clone() };
-                let Some(found) = self.fitted(&tried, STEPS.0) else { continue };
-                if better.as_ref().is_none_or(|(other, _)| found.cost < other.cost) {
-                    better = Some((found, self.prior.parts.clone()));
-                }
-            }
-            match better {
-                Some((found, prior)) if found.cost < best.cost - LEAST => {
-                    (best, self.prior.parts) = (found, prior);
-                }
-                _ => {
-                    self.prior.parts = before;
-                    break;
-                }
+        if fits || few || best.state.parts.len() >= MOST {
+            return Some((best, in_vain));
+        }
+        let before = self.prior.parts.clone();
+        let mut better: Option<(Fitted, Vec<Part>)> = None;
+        for parts in self.bodies_with_one_more(&best.state)? {
+            self.prior.parts = before.clone();
+            self.prior.parts.extend(&parts[before.len()..]);
+            let tried = State { parts, poses: best.state.poses.clone() };
+            let Some(found) = self.fitted(&tried, STEPS.0) else { continue };
+            if better.as_ref().is_none_or(|(other, _)| found.cost < other.cost) {
+                better = Some((found, self.prior.parts.clone()));
             }
         }
-        self.fitted(&best.state, STEPS.1)
+        match better {
+            Some((found, prior)) if found.cost < best.cost - LEAST => {
+                self.prior.parts = prior;
+                Some((self.fitted(&found.state, STEPS.1)?, None))
+            }
+            _ => {
+                self.prior.parts = before;
+                Some((best, Some(cost)))
+            }
+        }
     }
 
     /// Returns bodies to try, each with one more ellipsoid; none if this one fits.

@@ -6,6 +6,7 @@ use super::fit::{Fitted, Scene, State};
 use super::residuals::View;
 use super::shape::Part;
 use crate::pose::{Pose, Twist};
+use crate::track::pose::weakest_turn::WeakestTurn;
 
 /// A state that fits best, and what it is worth.
 #[derive(Debug, Clone)]
@@ -13,6 +14,8 @@ pub(crate) struct Adjusted {
     pub(crate) state: State,
     /// What is known before of its ellipsoids.
     pub(crate) prior: Vec<Part>,
+    /// The cost per view at which one more ellipsoid was not worth it, or none.
+    pub(crate) in_vain: Option<f64>,
     /// Of each keyframe.
     pub(crate) covariances: Vec<Matrix6<f64>>,
     /// Whether all fits but the newest keyframe.
@@ -29,8 +32,9 @@ const NEWEST: [f64; 4] = [1.0, -1.0, 0.0, 2.0];
 const ALL: [f64; 2] = [-1.0, 0.3];
 const MIRRORED: f64 = -1.0;
 const FEW: usize = 8;
-/// Steps of a first fit.
+/// Steps of a first fit, and the number of turns of the newest keyframe that are fitted with all else.
 const STEPS: usize = 12;
+const FITTED: usize = 2;
 /// Angle, in radians, from which on another solution is a rival, and the least difference of their
 /// costs.
 const RIVAL_RAD: f64 = 0.17;
@@ -39,8 +43,11 @@ const MARGIN: f64 = 15.0;
 /// standard deviation of the newest orientation about any axis, in radians, for an adjustment to be
 /// applied, and for its covariances to be used; and the least number of keyframes for that.
 const FITS: (f64, f64, f64) = (0.008, 0.011, 0.25);
-const SURE: (f64, f64, f64) = (0.0055, 0.007, 0.13);
+const SURE: (f64, f64, f64) = (0.0055, 0.007, 0.2);
 const LEAST_SURE: usize = 3;
+/// Least lever of the outlines of all keyframes together for the same: bodies of revolution that are
+/// adjusted to noisy boundaries reach 0.037.
+pub(super) const LEVER: f64 = 0.045;
 /// Largest misfit of an image, in radii, for the covariance of a keyframe to be that of its pose.
 const IMAGE: f64 = 0.0085;
 /// Factor of the standard deviations per pixel of misfit, since errors of the body are correlated
@@ -54,7 +61,7 @@ impl View {
     pub(super) fn is_sure(&self, parts: &[Part], (pose, radius): (&Pose, f64)) -> bool {
         let state = State { poses: vec![*pose], parts: parts.to_vec() };
         let views = vec![Self { keyframe: 0, ..self.clone() }];
-        let scene = Scene { views, prior: state.clone(), radius };
+        let scene = Scene { views, prior: state.clone(), radius, is_rigid: true };
         let found = scene.misfits(&state).zip(scene.radius_px(&state));
         found.is_some_and(|(misfits, radius_px)| misfits.iter().all(|one| *one < IMAGE * radius_px))
     }
@@ -63,8 +70,13 @@ impl View {
 impl Scene {
     /// Fits body and keyframes by all turns that are tried, and returns the best; `body` is that of
     /// the tracker, which may have been adjusted before, and `first` the one of the first look, where
-    /// all may be turned otherwise.
-    pub(crate) fn adjusted(mut self, body: &[Part], first: Option<&[Part]>) -> Option<Adjusted> {
+    /// all may be turned otherwise; `in_vain` is as the last adjustment left it.
+    pub(crate) fn adjusted(
+        mut self,
+        body: &[Part],
+        first: Option<&[Part]>,
+        in_vain: Option<f64>,
+    ) -> Option<Adjusted> {
         let found = self.tried(body, first);
         let best = found.first()?;
         let here = best.fitted.state.poses.last()?;
@@ -76,8 +88,8 @@ impl Scene {
             .find(is_rival)
             .map_or(f64::INFINITY, |rival| rival.fitted.cost - best.fitted.cost);
         self.prior.parts.clone_from(&best.prior);
-        let Fitted { state, .. } = self.grown(&best.fitted.state)?;
-        self.judged(state, margin)
+        let (grown, in_vain) = self.grown(&best.fitted.state, in_vain)?;
+        self.judged(grown.state, margin, in_vain)
     }
 
     /// Returns what is found from all turns that are tried, the best first.
@@ -86,6 +98,7 @@ impl Scene {
         let Some(before) = tracked.len().checked_sub(2) else { return Vec::new() };
         let newest = NEWEST.iter().map(|&times| with_newest(&tracked, before, times));
         let newest = newest.chain(std::iter::once(with_newest(&tracked, 0, MIRRORED)));
+        let newest = self.settled(newest, body).into_iter();
         let mut starts: Vec<_> =
             newest.map(|poses| (poses, body, self.prior.parts.clone())).collect();
         if let Some(first) = first.filter(|_| tracked.len() <= FEW) {
@@ -101,8 +114,34 @@ impl Scene {
         found
     }
 
+    /// Fits the newest keyframe alone to a body, and returns the best of those that differ.
+    fn settled(&self, starts: impl Iterator<Item = Vec<Pose>>, body: &[Part]) -> Vec<Vec<Pose>> {
+        let last = self.prior.poses.len() - 1;
+        let of_newest = self.views.iter().filter(|view| view.keyframe == last);
+        let views = of_newest.map(|view| View { keyframe: 1, ..view.clone() }).collect();
+        let state =
+            |newest: Pose| State { poses: vec![self.prior.poses[0], newest], parts: body.to_vec() };
+        let prior = state(self.prior.poses[last]);
+        let alone = Scene { views, prior, radius: self.radius, is_rigid: true };
+        let fitted = starts.filter_map(|mut poses| {
+            let Fitted { state, cost } = alone.fitted(&state(poses[last]), STEPS)?;
+            poses[last] = state.poses[1];
+            Some((poses, cost))
+        });
+        let mut fitted: Vec<_> = fitted.collect();
+        fitted.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let mut kept: Vec<Vec<Pose>> = Vec::new();
+        for (poses, _) in fitted {
+            let is_new = kept.iter().all(|one| angle(&one[last], &poses[last]) > RIVAL_RAD);
+            if is_new && kept.len() < FITTED {
+                kept.push(poses);
+            }
+        }
+        kept
+    }
+
     /// Returns what a state is worth whose cost is by a `margin` lower than that of any other.
-    fn judged(self, state: State, margin: f64) -> Option<Adjusted> {
+    fn judged(self, state: State, margin: f64, in_vain: Option<f64>) -> Option<Adjusted> {
         let misfits = self.misfits(&state)?;
         let last = state.poses.len() - 1;
         let of = |is_newest: bool| {
@@ -117,15 +156,18 @@ impl Scene {
         let turn = covariances.last()?.fixed_view::<3, 3>(3, 3).into_owned();
         let turn_sd = SymmetricEigen::new(turn).eigenvalues.max().max(0.0).sqrt();
         let px = self.radius_px(&state)?;
+        let weakest = WeakestTurn::of(&self.together(&state)?, self.radius);
+        let lever = weakest.map_or(0.0, |turn| turn.lever);
         let within = |(of_all, of_newest, turn_rad): (f64, f64, f64)| {
             let fits = all < of_all * px && newest < of_newest * px;
             fits && margin > MARGIN && turn_sd < turn_rad
         };
         Some(Adjusted {
             fits: within(FITS),
-            is_sure: within(SURE) && state.poses.len() >= LEAST_SURE,
+            is_sure: within(SURE) && lever >= LEVER && state.poses.len() >= LEAST_SURE,
             fits_before: newest >= FITS.1 * px && before < FITS.0 * px,
             prior: self.prior.parts,
+            in_vain,
             covariances,
             state,
         })
@@ -170,6 +212,8 @@ fn with_all(poses: &[Pose], times: f64) -> Vec<Pose> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+
     use super::*;
     use crate::track::adjust::outlined::residuals::tests::{RADIUS, seen, toy};
 
@@ -200,7 +244,9 @@ mod tests {
         let views = views.flat_map(|(keyframe, pose)| seen(parts, keyframe, &pose)).collect();
         let guess = guess(parts);
         let prior = State { poses: poses(tracked), parts: guess.clone() };
-        Scene { views, prior, radius: RADIUS }.adjusted(&guess, Some(&guess)).unwrap()
+        Scene { views, prior, radius: RADIUS, is_rigid: false }
+            .adjusted(&guess, Some(&guess), None)
+            .unwrap()
     }
 
     #[test]
@@ -213,8 +259,22 @@ mod tests {
     }
 
     #[test]
+    fn the_turn_of_an_egg_is_not_sure_however_well_a_flat_guess_fits_it() {
+        let egg = |at: f64, across: f64, along: f64| Part {
+            center: Vector3::new(0.0, at, 0.0),
+            log_radii: Vector3::new(across, along, across).map(libm::log),
+            rotation: UnitQuaternion::identity(),
+        };
+        let egg = [egg(-0.01, 0.035, 0.045), egg(0.02, 0.03, 0.04)];
+        for tracked in [1.0, 0.4, 0.0, -0.6] {
+            let found = adjusted(&egg, tracked);
+            assert!(found.fits && !found.is_sure, "{tracked}");
+        }
+    }
+
+    #[test]
     fn the_turn_of_a_ball_is_never_sure() {
-        let ball = [Part::ball(nalgebra::Vector3::zeros(), 0.04)];
+        let ball = [Part::ball(Vector3::zeros(), 0.04)];
         for tracked in [1.0, 0.4, -0.6] {
             assert!(!adjusted(&ball, tracked).is_sure);
         }

@@ -10,7 +10,7 @@ mod shape;
 use nalgebra::Matrix6;
 
 use self::fit::{Scene, State};
-use self::hypotheses::Adjusted;
+use self::hypotheses::{Adjusted, LEVER};
 use self::residuals::View;
 pub(in crate::track) use self::shape::Part;
 use super::worker::Job;
@@ -42,8 +42,13 @@ const VISIBLE: f64 = 0.65;
 const FITS: f64 = 0.6;
 /// Angle from the nearest adjusted keyframe up to which its orientation is known, in radians, and the
 /// standard deviation of the rotation from there per radian.
-const NEAR_RAD: f64 = 0.25;
+const NEAR_RAD: f64 = 1.0;
 const AWAY: f64 = 0.2;
+/// Standard deviation of the orientation by the outline of one image, in radians about its least certain
+/// axis, up to which it shows the pose.
+const CERTAIN_RAD: f64 = 0.2;
+/// Adjustments in a row that must be sure for what they tell to be known: a single one may be by chance.
+const SURE_IN_A_ROW: usize = 2;
 /// Rotation from which on a correction is reported, in radians.
 const REPORTED_RAD: f64 = 0.01;
 
@@ -63,6 +68,10 @@ pub(in crate::track) struct Outlined {
     prior: Vec<Part>,
     /// Whether the body was adjusted, and what few keyframes told was not contradicted by the next.
     is_adjusted: bool,
+    /// The cost per view at which one more ellipsoid was not worth it, or none.
+    in_vain: Option<f64>,
+    /// Adjustments in a row that were sure.
+    sure: usize,
     /// The adjusted keyframes, each with the covariance of its pose, if they are sure.
     known: Vec<(usize, Matrix6<f64>)>,
 }
@@ -116,9 +125,10 @@ impl Tracker {
         }
         let prior = outlined.prior.clone();
         let first = outlined.known.is_empty().then(|| outlined.first.clone());
+        let in_vain = outlined.in_vain;
         let Some((keyframes, scene)) = self.target.outlines(prior) else { return };
         let job = Job::new(DELAY, self.evolving.clone(), move || {
-            scene.clone().adjusted(&body, first.as_deref())
+            scene.clone().adjusted(&body, first.as_deref(), in_vain)
         });
         self.outlining = Some(Outlining { job, keyframes });
     }
@@ -152,7 +162,7 @@ impl Tracker {
     ) -> Option<Matrix6<f64>> {
         let shows = self.is_outlined()
             && shows_outline(&hypothesis.quality)
-            && self.is_turn_certain(hypothesis);
+            && self.is_turn_certain(hypothesis, (LEVER, CERTAIN_RAD));
         if !shows {
             return None;
         }
@@ -222,12 +232,14 @@ impl Target {
         let poses = chosen.iter().map(|one| one.world_from_object).collect();
         let (views, prior) = (views.collect(), State { poses, parts });
         let numbers = chosen.iter().map(|one| one.number).collect();
-        Some((numbers, Scene { views, prior, radius: self.solid.radius }))
+        Some((numbers, Scene { views, prior, radius: self.solid.radius, is_rigid: false }))
     }
 
     /// Applies an adjustment to everything; returns the motion of the newest keyframe.
     fn take_outlined(&mut self, adjusted: &Adjusted, numbers: &[usize]) -> Option<Pose> {
-        let Adjusted { state, prior, covariances, fits_before, fits, is_sure } = adjusted;
+        let Adjusted { state, prior, in_vain, covariances, fits_before, fits, is_sure } = adjusted;
+        self.outlined.in_vain = *in_vain;
+        self.outlined.sure = if *fits && *is_sure { self.outlined.sure + 1 } else { 0 };
         if !fits {
             self.outlined.is_adjusted &= numbers.len() > FEW_KEYFRAMES;
             // Its pose is wrong, and would make the others so.
@@ -254,7 +266,8 @@ impl Target {
         self.outlined.prior.clone_from(prior);
         self.outlined.is_adjusted = true;
         let known = numbers.iter().copied().zip(covariances.iter().copied());
-        self.outlined.known = if *is_sure { known.collect() } else { Vec::new() };
+        let are_sure = self.outlined.sure >= SURE_IN_A_ROW;
+        self.outlined.known = if are_sure { known.collect() } else { Vec::new() };
         Some(last)
     }
 

@@ -23,6 +23,8 @@ pub(crate) struct Scene {
     pub(crate) radius: f64,
     /// Whether the body is fixed as well.
     pub(crate) is_rigid: bool,
+    /// Weight of what is known before.
+    pub(crate) prior_weight: f64,
 }
 
 /// Standard deviation of a distance in pixels, and number of neighbours that share one error: the
@@ -229,12 +231,12 @@ impl Scene {
         information.fixed_rows_mut::<3>(0).fill((CENTER * self.radius).powi(-2));
         information.fixed_rows_mut::<3>(3).fill(LOG_RADIUS.powi(-2));
         information.fixed_rows_mut::<3>(6).fill(AXES_RAD.powi(-2));
-        information
+        information * self.prior_weight
     }
 
     fn pose_information(&self) -> Vector6<f64> {
         let (place, turn) = ((PLACE * self.radius).powi(-2), TURN_RAD.powi(-2));
-        Vector6::new(place, place, place, turn, turn, turn)
+        Vector6::new(place, place, place, turn, turn, turn) * self.prior_weight
     }
 }
 

@@ -232,7 +232,8 @@ impl Target {
         let poses = chosen.iter().map(|one| one.world_from_object).collect();
         let (views, prior) = (views.collect(), State { poses, parts });
         let numbers = chosen.iter().map(|one| one.number).collect();
-        Some((numbers, Scene { views, prior, radius: self.solid.radius, is_rigid: false }))
+        let radius = self.solid.radius;
+        Some((numbers, Scene { views, prior, radius, is_rigid: false, prior_weight: 1.0 }))
     }
 
     /// Applies an adjustment to everything; returns the motion of the newest keyframe.

@@ -243,8 +243,8 @@ class TrackOrder(CameraOptions):
             "--adjust-outlines/--no-adjust-outlines",
             help="Adjust the body of an object without print to the outlines of all its sides "
             "that two cameras see, and its poses with it, in a background thread; a step may wait "
-            "for it, usually below 0.1 s (default: a body that was modelled from the first "
-            "observation and evolves is adjusted, one from a file is not).",
+            "for it, usually below 0.1 s, at times 0.3 s (default: a body that was modelled from "
+            "the first observation and evolves is adjusted, one from a file is not).",
             show_default=False,
             rich_help_panel=_SEARCH,
         ),

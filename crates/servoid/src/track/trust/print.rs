@@ -16,10 +16,10 @@ const FINELY: f64 = 0.5;
 const FINELY_ALONE: f64 = 0.7;
 
 /// Largest share of the recognised points that are finely patterned, from which on a pattern is not
-/// shading, or the least of the product of it, of the share of printed points, and of the number of
-/// points per camera with the contrast of a pattern, all at their largest: of plain objects they are
-/// 0.86 and 13 at most, of a faintly printed mug in noise 0.95 and 12.
-const LIKELY: (f64, f64) = (0.9, 14.0);
+/// shading, or the least number of points per camera with the contrast of a pattern, or the least of
+/// its product with the shares of printed and of finely patterned points, all at their largest: of plain
+/// objects they are 0.86, 24 and 13 at most, of a faintly printed mug in noise 0.95, 26 and 12.
+const LIKELY: (f64, f64, f64) = (0.9, 28.0, 14.0);
 /// Largest share of the recognised points that are finely patterned, from which on an object with many
 /// points is surely printed, or the least of that product: 35 are shading at times.
 const SURELY: (f64, f64) = (0.92, 36.0);
@@ -43,8 +43,9 @@ pub(in crate::track) fn is_plain(
 /// Returns whether an object never showed a pattern that is finer than shading, nor many points of one
 /// that is hardly finer.
 fn is_smooth(reference: &Reference, cameras: usize) -> bool {
-    let fine = reference.most_fine;
-    fine < finely(cameras) || fine < LIKELY.0 && print(reference, cameras) < LIKELY.1
+    let (fine, textured) = (reference.most_fine, reference.most_textured / cameras as f64);
+    let is_likely = fine >= LIKELY.0 || textured >= LIKELY.1;
+    fine < finely(cameras) || !is_likely && print(reference, cameras) < LIKELY.2
 }
 
 fn finely(cameras: usize) -> f64 {
@@ -133,7 +134,8 @@ mod tests {
         assert!(!patterned(23.5, 0.51, 0.77), "shading of two plain ellipsoids");
         assert!(!patterned(22.0, 0.57, 0.86), "shading of a plain mug");
         assert!(patterned(25.5, 0.48, 0.95), "a faint print in noise");
-        assert!(patterned(36.0, 0.54, 0.75), "a coarse pattern");
+        assert!(patterned(31.5, 0.39, 0.75), "a coarse pattern all over");
+        assert!(patterned(27.0, 0.8, 0.75), "one that lasts");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-use super::residuals::{Distances, View};
+use super::residuals::{Distances, Row, View};
 use super::shape::{Change, Part};
 use crate::pose::Pose;
 
@@ -154,7 +154,7 @@ impl Scene {
         for distances in self.with_slopes(state, true)? {
             for row in distances.boundary.iter().chain(&distances.outline) {
                 let by_motion = row.slope.fixed_rows::<6>(9).into_owned();
-                let weight = row.weight * robust(row.off_px).1 * SCALE;
+                let weight = information(row);
                 sum += by_motion * by_motion.transpose() * weight;
             }
         }
@@ -190,7 +190,7 @@ impl Scene {
         for (view, distances) in self.views.iter().zip(self.with_slopes(state, true)?) {
             let mut blocks = vec![(SMatrix::<f64, 15, 15>::zeros(), SVector::zeros()); parts];
             for row in distances.boundary.iter().chain(&distances.outline) {
-                let weight = row.weight * robust(row.off_px).1 * SCALE;
+                let weight = information(row);
                 let (curvature, slope) = &mut blocks[row.part];
                 let weighted = row.slope * weight;
                 *slope -= weighted * row.off_px;
@@ -248,6 +248,11 @@ fn robust(off_px: f64) -> (f64, f64) {
     let bend = (OUTLYING * SD_PX).powi(2);
     let far = off_px * off_px / bend;
     (bend * libm::log1p(far), 1.0 / (1.0 + far))
+}
+
+/// Returns the information of a distance, as robust as its cost.
+fn information(row: &Row) -> f64 {
+    row.weight * robust(row.off_px).1 * SCALE
 }
 
 impl Equations {

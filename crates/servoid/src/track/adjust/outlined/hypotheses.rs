@@ -35,8 +35,9 @@ const FEW: usize = 8;
 /// Steps of a first fit, and the number of turns of the newest keyframe that are fitted with all else.
 const STEPS: usize = 12;
 const FITTED: usize = 2;
-/// Weights of what is known before in the last fits, and their steps.
-const FREE: [f64; 3] = [0.3, 0.1, 0.03];
+/// Weight of what is known before in the last fit, others with which it is compared, and their steps.
+const FREE: f64 = 0.03;
+const LESS_FREE: [f64; 2] = [0.1, 0.3];
 const FREE_STEPS: usize = 40;
 /// Largest misfit of all views on average, in pixels, that is the noise of their boundaries.
 const NOISE_PX: f64 = 0.25;
@@ -131,19 +132,20 @@ impl Scene {
         if misfit(&state)? > SURE.0 * self.radius_px(&state)? {
             return Some((state, 0.0));
         }
+        let with = |prior_weight: f64| {
+            Some(Self { prior_weight, ..self.clone() }.fitted(&state, FREE_STEPS)?.state)
+        };
+        let free = with(FREE)?;
+        if misfit(&free)? <= NOISE_PX {
+            self.prior_weight = FREE;
+            return Some((free, 0.0));
+        }
         let newest = state.poses.last()?;
-        let (mut hangs_rad, mut free) = (0.0_f64, None);
-        for prior_weight in FREE {
-            let other = Self { prior_weight, ..self.clone() }.fitted(&state, FREE_STEPS)?.state;
-            hangs_rad = hangs_rad.max(angle(newest, other.poses.last()?));
-            free = Some((other, prior_weight));
+        let mut hangs_rad = angle(newest, free.poses.last()?);
+        for prior_weight in LESS_FREE {
+            hangs_rad = hangs_rad.max(angle(newest, with(prior_weight)?.poses.last()?));
         }
-        let (free, prior_weight) = free?;
-        if misfit(&free)? > NOISE_PX {
-            return Some((state, hangs_rad));
-        }
-        self.prior_weight = prior_weight;
-        Some((free, 0.0))
+        Some((state, hangs_rad))
     }
 
     /// Fits the newest keyframe alone to a body, and returns the best of those that differ.
@@ -154,7 +156,8 @@ impl Scene {
         let state =
             |newest: Pose| State { poses: vec![self.prior.poses[0], newest], parts: body.to_vec() };
         let prior = state(self.prior.poses[last]);
-        let alone = Scene { views, prior, is_rigid: true, ..self.clone() };
+        let Self { radius, prior_weight, .. } = *self;
+        let alone = Scene { views, prior, radius, is_rigid: true, prior_weight };
         let fitted = starts.filter_map(|mut poses| {
             let Fitted { state, cost } = alone.fitted(&state(poses[last]), STEPS)?;
             poses[last] = state.poses[1];

@@ -15,15 +15,18 @@ from pathlib import Path
 import numpy as np
 
 from fuzz.soak.health import Health
-from fuzz.soak.servoing import soak_servoing
+from fuzz.soak.servoing import SECONDS, soak_servoing
 from fuzz.soak.tracking import soak_tracking
 
 STRETCH = 1500  # images of a track, between servo runs
 _REPORT_EVERY_S = 300.0
 
 
-def soak(health: Health, hours: float, images: int, seed: int) -> None:
-    """Track and servo in turn until so many images and simulated hours are over."""
+def soak(health: Health, hours: float, images: int, seed: int, seconds: float) -> None:
+    """Track and servo in turn until so many images and simulated hours are over.
+
+    Each run servoes for `seconds`.
+    """
     reported_s = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         turn = 0
@@ -32,7 +35,7 @@ def soak(health: Health, hours: float, images: int, seed: int) -> None:
             if health.images < images:
                 soak_tracking(tracking, min(STRETCH, images - health.images), Path(folder), health)
             if health.servo_hours < hours:
-                soak_servoing(serving, Path(folder), health)
+                soak_servoing(serving, Path(folder), health, seconds)
             health.sample()
             turn += 1
             if time.monotonic() - reported_s > _REPORT_EVERY_S:
@@ -46,10 +49,16 @@ def main() -> int:
     parser.add_argument("--hours", type=float, default=1.0, help="servo so long, simulated")
     parser.add_argument("--images", type=int, default=0, help="track so many by themselves")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--seconds",
+        type=float,
+        default=SECONDS,
+        help="servo so long in each run, simulated; meeting the object takes the most time",
+    )
     options = parser.parse_args()
     health = Health()
     try:
-        soak(health, options.hours, options.images, options.seed)
+        soak(health, options.hours, options.images, options.seed, options.seconds)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
     return health.end()

@@ -31,7 +31,7 @@ _SLACK = 1e-6
 
 
 def soak_servoing(
-    random: np.random.Generator, folder: Path, health: Health, seconds: float = SECONDS
+    random: np.random.Generator, folder: Path, health: Health, seconds: float
 ) -> None:
     """Meet an object, model it and servo to it with faults at random; `health` hears of wrongs."""
     settings = drawn_settings(random, seconds)

@@ -96,7 +96,15 @@ def fit_capture(
             "one alone and give the distance of the object: "
             f"--observations {used[0].index}:{used[0].index + 1} --distance 0.6"
         )
-    result = fit_views(used, unused, samples, request, everywhere=capture.all_views(), start=start)
+    try:
+        result = fit_views(
+            used, unused, samples, request, everywhere=capture.all_views(), start=start
+        )
+    except ModelError as error:
+        # Why there is only one view to model from is noted.
+        if len(used) > 1:
+            raise
+        raise ModelError("; ".join([str(error), *notes])) from error
     notes += result.notes
     far = far_note(result.body, result.native_used) if capture.metric else None
     if far is not None:

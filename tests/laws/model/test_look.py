@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from scenes_model import (
     BY_TARGET,
@@ -14,7 +16,16 @@ from scenes_model import (
     without_masks,
 )
 
-from conftest import Command, Drawing, Outcome
+from conftest import (
+    BACKGROUND,
+    SIZE_PX,
+    Command,
+    Drawing,
+    Outcome,
+    camera_toml,
+    capture_toml,
+    write_png,
+)
 from servoid.capture import open_capture
 from servoid.errors import ModelError
 from servoid.model import Request, fit_capture
@@ -118,6 +129,29 @@ def test_without_mask_and_target_the_message_shows_a_target(
     assert outcome.err.count("\n") == 1
     assert re.search(r"--target box:[\d,]+@eye/0000", outcome.err), outcome.err
     assert not out.exists()
+
+
+def test_an_object_with_few_measured_points_that_no_other_view_shows_is_refused_with_what_to_do(
+    drawn_capture: Path,
+) -> None:
+    (drawn_capture / "depth").mkdir()
+    depth = np.zeros(SIZE_PX[::-1], np.uint16)
+    mask = drawn_capture / "masks" / "0000.png"
+    inside = np.argwhere(cv2.imread(str(mask), cv2.IMREAD_GRAYSCALE))
+    depth[tuple(inside[len(inside) // 2 :][:20].T)] = 450
+    assert cv2.imwrite(str(drawn_capture / "depth" / "0000.png"), depth)
+    extra = 'depths = "depth/*.png"\ndepth_scale_m = 0.001\nsize_px'
+    toml = capture_toml(camera_toml().replace("size_px", extra, 1))
+    (drawn_capture / "capture.toml").write_text(toml)
+    for other in sorted(drawn_capture.glob("images/*.png"))[1:]:
+        write_png(other, np.full((*SIZE_PX[::-1], 3), BACKGROUND, np.uint8))
+        (drawn_capture / "masks" / other.name).unlink()
+    with pytest.raises(ModelError) as refused:
+        fit_capture(open_capture(drawn_capture))
+    words = str(refused.value)
+    assert "at least 50 measured points" in words, words
+    assert "found in none of the views without a mask" in words, words
+    assert "mark it in more views" in words, words
 
 
 def test_a_target_gives_the_same_bytes_on_one_and_on_two_threads(

@@ -41,9 +41,10 @@ pub enum ModelError {
         were(*.0)
     )]
     TooFewViews(usize),
-    /// There are too few measured points, and no views.
+    /// There are too few measured points, and no second view.
     #[error(
-        "modelling needs at least {least} points of the surface, but {given} {} given; measure more",
+        "modelling needs at least {least} measured points of the surface, or two views from \
+         different places, but only {given} {} measured, and there is no second view",
         were(*given)
     )]
     TooFewRangeSamples {

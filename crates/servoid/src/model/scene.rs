@@ -101,7 +101,7 @@ fn frame_and_unit(given: &ModelInput<'_>) -> Result<(Pose, f64), ModelError> {
     if has_samples {
         return about_samples(given.samples);
     }
-    if given.views.is_empty() && !given.samples.is_empty() {
+    if given.views.len() < 2 && !given.samples.is_empty() {
         return Err(ModelError::TooFewRangeSamples {
             given: given.samples.len(),
             least: LEAST_SAMPLES,

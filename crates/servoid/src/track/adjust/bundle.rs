@@ -15,7 +15,7 @@ pub(crate) struct Bundle {
     pub(crate) landmarks: Vec<Landmark>,
     /// Ordered by their landmarks.
     pub(crate) sightings: Vec<Sighting>,
-    /// Whether nothing confirms the guessed distances.
+    /// Whether guessed distances decide, though nothing confirms them.
     pub(crate) is_guess: bool,
 }
 
@@ -194,12 +194,21 @@ impl Bundle {
         (count >= LEAST_LANDMARKS).then(|| (sum / f64::from(count)).sqrt())
     }
 
-    /// Returns the cost of all residuals.
-    pub(crate) fn cost(&self) -> f64 {
+    /// Returns the mean cost of an observation.
+    pub(crate) fn sighting_cost(&self) -> f64 {
+        self.cost_of_sightings() / self.sightings.len().max(1) as f64
+    }
+
+    fn cost_of_sightings(&self) -> f64 {
         let sightings = self.sightings.iter().map(|one| match self.seen(one) {
             Some((off, _)) => robust(off.dot(&(one.information * off))).0,
             None => HUBER * HUBER,
         });
+        sightings.sum()
+    }
+
+    /// Returns the cost of all residuals.
+    pub(crate) fn cost(&self) -> f64 {
         let anchors = self.landmarks.iter().filter_map(|one| {
             let (off, _) = self.anchored(one)?;
             Some(robust(off.norm_squared()).0)
@@ -208,7 +217,7 @@ impl Bundle {
             let (prior, off) = (one.prior?, self.off(one)?);
             Some(robust(off.dot(&(prior.information * off))).0)
         });
-        sightings.sum::<f64>() + anchors.sum::<f64>() + beliefs.sum::<f64>()
+        self.cost_of_sightings() + anchors.sum::<f64>() + beliefs.sum::<f64>()
     }
 
     /// Returns the residual of an observation in pixels, and the projection of the object's frame.

@@ -32,6 +32,8 @@ const PLACE: f64 = 0.25;
 /// Factor of the orientation's standard deviation due to noise: errors of neighbours are
 /// correlated.
 pub(super) const TOGETHER: f64 = 6.0;
+/// The same for what motion alone says, of which the difference to what guesses say counts as well.
+const BY_MOTION: f64 = 3.0;
 /// Standard deviation of a landmark across its ray, in pixels.
 const ANCHOR_PX: f64 = 0.15;
 /// Largest motion of a keyframe, in radii and radians, that is accepted.
@@ -72,6 +74,7 @@ impl Tracker {
             return;
         }
         self.target.relief.measure(solution.bundle.misfit());
+        self.target.relief.sighting_cost = solution.bundle.sighting_cost();
         let before = self.target.points.seen();
         let newest = self.target.correct(&solution, (&pending.keyframes, &pending.landmarks));
         // The current pose was found by the points that are seen now, so it moves along with them.
@@ -196,7 +199,7 @@ impl Target {
             };
             let keyframe = &mut self.keyframes.all[at];
             keyframe.drift_variance = TOGETHER * TOGETHER * variance;
-            keyframe.relief_variance = by_motion.map(|one| one.doubt(TOGETHER));
+            keyframe.relief_variance = by_motion.map(|one| one.doubt(BY_MOTION));
             moves.push((*number, keyframe.world_from_object.inverse() * station.world_from_object));
         }
         moves

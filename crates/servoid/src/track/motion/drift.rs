@@ -138,7 +138,8 @@ impl Tracker {
     pub(crate) fn drift_covariance(&self) -> Matrix6<f64> {
         let Target { points, relief, solid, .. } = &self.target;
         let (shift, turned) = relief.systematic;
-        let of_turn = turn_covariance(points.turn_variance() + turned, solid.radius);
+        let systematic = (turned - points.relief_variance).max(0.0);
+        let of_turn = turn_covariance(points.turn_variance() + systematic, solid.radius);
         let place = solid.radius.powi(2) * shift;
         of_turn + Matrix6::from_diagonal(&Vector6::new(place, place, place, 0.0, 0.0, 0.0))
     }

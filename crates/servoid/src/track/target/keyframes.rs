@@ -2,6 +2,7 @@ use nalgebra::{Matrix2, UnitQuaternion, Vector2};
 
 use super::look::Look;
 use super::points::{Match, Points, RECOGNISED, bridged};
+use super::relief::tilted;
 use super::shift::Shift;
 use crate::camera::Observation;
 use crate::pose::{Pose, Twist};
@@ -130,7 +131,7 @@ impl Keyframes {
         off: f64,
     ) -> Option<f64> {
         let told = self.all.iter().filter_map(|one| {
-            let away = one.object_from_camera.angle_to(object_from_camera);
+            let away = tilted(&one.object_from_camera, object_from_camera);
             Some(one.relief_variance? + (off * away).powi(2))
         });
         told.min_by(f64::total_cmp)

@@ -37,6 +37,9 @@ const RICH: f64 = 22.0;
 /// Share of what should be visible from which on the orientation is reported by points that only
 /// one camera sees, where keyframes do not confirm the body by which their distances were guessed.
 const GUESSED: f64 = 0.88;
+/// Mean cost of a sighting in an adjustment up to which distances by motion alone are consistent: of
+/// maps of right poses it is 0.3 to 0.8, of wrong ones 1.4 to 3.8.
+const CONSISTENT: f64 = 1.2;
 /// Penalty: a pose with a contradiction keeps at most this part of the trusted share, so that it is
 /// not trusted however well the rest fits.
 const PENALTY: f64 = 0.9;
@@ -118,9 +121,12 @@ impl Tracker {
 
     /// Returns whether the orientation can be trusted though its points lie where the body alone
     /// puts them: unless keyframes confirm the body, most of the points must be where they should
-    /// be.
+    /// be. Where motion gives the distances, the keyframes must agree with each other.
     pub(super) fn believes_relief(&self, quality: &Quality) -> bool {
         let relief = &self.target.relief;
+        if relief.is_open && relief.sighting_cost > CONSISTENT {
+            return false;
+        }
         let is_sure = relief.is_open || relief.is_confirmed() || quality.share >= GUESSED;
         is_sure || !self.target.points.are_from_body(&self.workspace.matches)
     }
@@ -302,6 +308,20 @@ pub(crate) mod tests {
         let printed = Quality { textured: 5.0, ..quality(1.0, 60.0) };
         assert!(reliable(&pale, &printed, 1e-3));
         assert!(!reliable(&pale, &Quality { printed: 17.0, ..printed }, 1e-3));
+    }
+
+    #[test]
+    fn distances_by_motion_show_no_turn_while_their_keyframes_contradict_each_other() {
+        for (is_open, cost, believed) in [
+            (true, 0.9 * CONSISTENT, true),
+            (true, 1.1 * CONSISTENT, false),
+            (false, 1.1 * CONSISTENT, true),
+        ] {
+            let mut tracker = tracker(Status::Tracking, 60.0);
+            let relief = &mut tracker.target.relief;
+            (relief.is_open, relief.sighting_cost) = (is_open, cost);
+            assert_eq!(tracker.believes_relief(&quality(0.9, 60.0)), believed);
+        }
     }
 
     #[test]

@@ -5,12 +5,14 @@ What was measured stands beside each bound.
 
 import dataclasses
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 from recordings_with_truth import recording_with_truth
 from scipy.stats import chi2
+from trust_variants import Change, coarse, halved
 from trust_verdicts import Verdicts, verdicts
 
 from servoid.model import Request as ModelRequest
@@ -70,6 +72,21 @@ def test_one_eye_that_sees_a_bottle_turn_doubts_its_guess_of_how_deep_the_bottle
 
 
 @pytest.mark.extended
+@pytest.mark.parametrize(("change", "seed"), [(halved, 0), (halved, 1), (halved, 3), (coarse, 2)])
+def test_one_eye_never_trusts_a_flat_bottle_that_turned_farther_than_its_thick_guess(
+    change: Change, seed: int, tmp_path: Path
+) -> None:
+    recording = recording_with_truth("hard/bleach_turn")
+    left = dataclasses.replace(recording.capture, cameras=recording.capture.cameras[:1])
+    request = Request(distance_m=BOTTLE_M, seed=seed)
+    followed = track_capture(change(left, seed, tmp_path), [Subject()], request)[0].tracked
+    # The distance is the true one; the few images that are told would not tell the scale.
+    found = verdicts(list(followed), recording.truth, recording.vertices)
+    # None; 7 in a row each while points near the guess, or a map of wrong turns, were believed.
+    assert found.longest_wrong <= 1
+
+
+@pytest.mark.extended
 def test_one_eye_is_sure_of_a_turn_once_motion_alone_says_the_same() -> None:
     found = verdicts_of_one_eye("stereo/drill", Request(distance_m=DRILL_M, seed=0))
     assert found.trusted_wrong.sum() == 0
@@ -99,4 +116,6 @@ def test_one_eye_that_sees_a_flat_side_of_a_known_cube_does_not_trust_a_mirrored
     # Where the body is believed throughout, 5 and 14 of 99 are, and 30 and 39 % are wrong.
     assert found.trusted_wrong.sum() == 0
     assert found.wrong.mean() < 0.1
-    assert found.tracking.mean() > 0.305  # 0.30 before it turns; 0.31 to 0.36
+    # 0.30, before it turns. It was 0.31 to 0.36: where sightings contradict each other, at a cost
+    # of 1.5 to 3 each here, no rotation is reported any more: such maps of a bottle were wrong.
+    assert found.tracking.mean() >= 0.3

@@ -121,10 +121,11 @@ impl Tracker {
 
     /// Returns whether the orientation can be trusted though its points lie where the body alone
     /// puts them: unless keyframes confirm the body, most of the points must be where they should
-    /// be. Where motion gives the distances, the keyframes must agree with each other.
+    /// be. Where motion gives the distances, the keyframes must agree with each other, as nothing else
+    /// tells whether it gave the right ones of an object whose shape is not known.
     pub(super) fn believes_relief(&self, quality: &Quality) -> bool {
         let relief = &self.target.relief;
-        if relief.is_open && relief.sighting_cost > CONSISTENT {
+        if relief.is_open && !self.settings.known_shape && relief.sighting_cost > CONSISTENT {
             return false;
         }
         let is_sure = relief.is_open || relief.is_confirmed() || quality.share >= GUESSED;

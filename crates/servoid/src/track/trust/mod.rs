@@ -13,6 +13,7 @@ use super::pose::hypothesis::Hypothesis;
 use super::pose::verify::Quality;
 use super::settings::TrackSettings;
 use super::target::Target;
+use super::target::relief::Relief;
 use super::tracker::Tracker;
 use super::update::Updates;
 use crate::pose::Pose;
@@ -85,6 +86,17 @@ pub(super) fn is_turn_reliable(evidence: &Evidence, most_rad: f64) -> bool {
     evidence.drifts_little(most_rad) && evidence.probability() >= LIKELY
 }
 
+/// Returns whether distances that the body alone or motion gives are believed: unless keyframes
+/// confirm the body, most of the points must be where they should be. Where motion gives them, the
+/// keyframes must agree with each other, as nothing else tells whether it gave the right ones of an
+/// object whose shape is not known.
+fn is_relief_believed(relief: &Relief, share: f64, known_shape: bool) -> bool {
+    if relief.is_open {
+        return known_shape || relief.sighting_cost <= CONSISTENT;
+    }
+    relief.is_confirmed() || share >= GUESSED
+}
+
 impl Tracker {
     /// Returns the share of what should be visible from which on a pose is accepted.
     pub(super) fn least_share(&self) -> f64 {
@@ -120,16 +132,11 @@ impl Tracker {
     }
 
     /// Returns whether the orientation can be trusted though its points lie where the body alone
-    /// puts them: unless keyframes confirm the body, most of the points must be where they should
-    /// be. Where motion gives the distances, the keyframes must agree with each other, as nothing else
-    /// tells whether it gave the right ones of an object whose shape is not known.
+    /// puts them.
     pub(super) fn believes_relief(&self, quality: &Quality) -> bool {
-        let relief = &self.target.relief;
-        if relief.is_open && !self.settings.known_shape && relief.sighting_cost > CONSISTENT {
-            return false;
-        }
-        let is_sure = relief.is_open || relief.is_confirmed() || quality.share >= GUESSED;
-        is_sure || !self.target.points.are_from_body(&self.workspace.matches)
+        let Target { relief, points, .. } = &self.target;
+        is_relief_believed(relief, quality.share, self.settings.known_shape)
+            || !points.are_from_body(&self.workspace.matches)
     }
 
     /// From now on estimates distances from motion alone, if a single camera is about to lose the
@@ -313,16 +320,16 @@ pub(crate) mod tests {
 
     #[test]
     fn distances_by_motion_show_no_turn_while_their_keyframes_contradict_each_other() {
-        for (is_open, cost, believed) in [
-            (true, 0.9 * CONSISTENT, true),
-            (true, 1.1 * CONSISTENT, false),
-            (false, 1.1 * CONSISTENT, true),
-        ] {
-            let mut tracker = tracker(Status::Tracking, 60.0);
-            let relief = &mut tracker.target.relief;
-            (relief.is_open, relief.sighting_cost) = (is_open, cost);
-            assert_eq!(tracker.believes_relief(&quality(0.9, 60.0)), believed);
-        }
+        let mut relief = Relief::new(true, false);
+        assert!(is_relief_believed(&relief, 0.0, false), "nothing was adjusted yet");
+        relief.sighting_cost = 0.9 * CONSISTENT;
+        assert!(is_relief_believed(&relief, 0.0, false));
+        relief.sighting_cost = 1.1 * CONSISTENT;
+        assert!(!is_relief_believed(&relief, 1.0, false));
+        assert!(is_relief_believed(&relief, 0.0, true), "its shape is known");
+        relief.is_open = false;
+        assert!(is_relief_believed(&relief, GUESSED, false), "the body gives them");
+        assert!(!is_relief_believed(&relief, 0.9 * GUESSED, false));
     }
 
     #[test]

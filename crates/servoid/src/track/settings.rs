@@ -25,7 +25,8 @@ pub struct TrackSettings {
     /// Whether keyframes and surface points are adjusted together, in a separate thread.
     pub adjust: bool,
     /// Whether the outlines of an object without print adjust its body and its keyframes together, if
-    /// two or more cameras see it and its shape is a guess, in a separate thread. A step may wait for it.
+    /// two or more cameras see it, in a separate thread. A step may wait for it. Its body is then one of a
+    /// first look, a guess in depth, and one camera doubts it.
     pub adjust_outlines: bool,
     /// Whether the distances of points that only one camera sees are estimated from motion from the
     /// start, beginning with a wide guess. Otherwise this starts once the body is found to be
@@ -71,6 +72,11 @@ impl Default for TrackSettings {
 }
 
 impl TrackSettings {
+    /// Returns whether the body is of one look, and so a guess in depth: only such bodies are adjusted.
+    pub(super) fn is_of_one_look(&self) -> bool {
+        self.adjust_outlines && !self.known_shape
+    }
+
     /// Returns the settings if all are in their ranges.
     ///
     /// # Errors

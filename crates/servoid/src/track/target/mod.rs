@@ -63,7 +63,7 @@ impl Target {
             offsets: ContourOffsets::unknown(body.ellipsoids().len()),
             solid,
             points: Points::default(),
-            relief: Relief::new(settings.depth_from_motion, settings.known_shape),
+            relief: Relief::new(settings.depth_from_motion, settings.is_of_one_look()),
             ranges: Ranges::default(),
             colors: Colors::new(settings.local_colors),
             keyframes: Keyframes::default(),

@@ -10,8 +10,8 @@ use super::points::{Match, Points};
 /// where motion is to determine distances.
 pub(crate) const GUESS: (f64, f64) = (0.1, 0.25);
 /// Error of the orientation per radian by which the line of sight turned in the object's frame, as a
-/// standard deviation in radians, where the body is trusted but motion does not tell: of a guessed
-/// body, and of one whose shape is known.
+/// standard deviation in radians, where the body is trusted but motion does not tell: of a body of one
+/// look, and of others.
 const TURNS_OFF: (f64, f64) = (0.35, 0.15);
 /// Systematic errors of a pose by a guessed body, which no residual shows, as all points share them:
 /// standard deviations of the orientation per radian of rotation and at most, and of the position in
@@ -44,8 +44,8 @@ pub(crate) struct Relief {
     pub(crate) is_open: bool,
     /// Mean cost of a sighting in the last adjustment: of points that contradict each other it is high.
     pub(crate) sighting_cost: f64,
-    /// Whether the body has the object's shape, and is no guess.
-    is_known: bool,
+    /// Whether the body is of one look, and so a guess in depth.
+    is_of_one_look: bool,
     /// Variances of the systematic errors of position, in radii, and orientation.
     pub(crate) systematic: (f64, f64),
     /// Deviation of points from the body by the first keyframes, rms in standard deviations.
@@ -61,11 +61,11 @@ pub(crate) struct Relief {
 }
 
 impl Relief {
-    pub(crate) fn new(is_open: bool, is_known: bool) -> Self {
+    pub(crate) fn new(is_open: bool, is_of_one_look: bool) -> Self {
         Self {
             is_open,
             sighting_cost: 0.0,
-            is_known,
+            is_of_one_look,
             systematic: (0.0, 0.0),
             misfit: None,
             given: None,
@@ -83,8 +83,8 @@ impl Relief {
     /// Returns the variance of the orientation that a relief leaves which nothing confirms: one
     /// that is too flat or too deep turns too far or too little. It grows as the first camera's line
     /// of sight turns, in the object's frame, since the pose was given, at the latest now, or from the
-    /// keyframes of which motion tells how far the guess is off. Points that lie near a guessed body
-    /// do not confirm it: where motion tells nothing, they stay where they were guessed.
+    /// keyframes of which motion tells how far the guess is off. Points that lie near a body of
+    /// one look do not confirm it: where motion tells nothing, they stay where they were guessed.
     pub(crate) fn turn_variance(
         &mut self,
         object_from_camera: UnitQuaternion<f64>,
@@ -94,7 +94,7 @@ impl Relief {
         if !self.is_guess() {
             return 0.0;
         }
-        let off = if self.is_known { TURNS_OFF.1 } else { TURNS_OFF.0 };
+        let off = if self.is_of_one_look { TURNS_OFF.0 } else { TURNS_OFF.1 };
         let guessed = (off * tilted(&given, &object_from_camera)).powi(2);
         let told = keyframes.relief_variance(&object_from_camera, off);
         told.map_or(guessed, |told| told.min(guessed))
@@ -118,7 +118,7 @@ impl Relief {
 
     /// Returns whether the body is trusted though nothing confirms it.
     pub(crate) fn is_guess(&self) -> bool {
-        !(self.is_open || self.is_known && self.is_confirmed())
+        !(self.is_open || !self.is_of_one_look && self.is_confirmed())
     }
 
     /// Notes the variance of the orientation by the noise of an image.
@@ -201,14 +201,14 @@ mod tests {
 
     #[test]
     fn a_body_that_keyframes_confirm_is_not_denied_however_little_is_seen() {
-        let mut relief = Relief::new(false, false);
+        let mut relief = Relief::new(false, true);
         assert!(relief.is_denied(0.5, 0.95) && !relief.is_denied(0.7, 0.95));
         relief.measure(None);
         relief.measure(Some(0.5 * CONFIRMED));
         assert!(relief.is_confirmed() && !relief.is_denied(0.0, 0.95));
         relief.measure(Some(2.0 * CONFIRMED));
         assert!(relief.is_confirmed(), "the first word counts");
-        let mut other = Relief::new(false, false);
+        let mut other = Relief::new(false, true);
         other.measure(Some(2.0 * CONFIRMED));
         assert!(other.is_denied(0.5, 0.95));
     }
@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn the_farther_an_object_turned_the_less_its_turn_is_known_unless_motion_tells_it() {
         let turned = |angle: f64| UnitQuaternion::from_euler_angles(angle, 0.0, 0.0);
-        let (mut guess, none) = (Relief::new(false, false), &Keyframes::default());
+        let (mut guess, none) = (Relief::new(false, true), &Keyframes::default());
         assert!(guess.turn_variance(turned(1.0), none) == 0.0, "no pose was given");
         guess.begin(turned(0.1));
         let mut before = 0.0;
@@ -238,9 +238,9 @@ mod tests {
     }
 
     #[test]
-    fn of_a_known_shape_less_is_doubted_and_nothing_once_keyframes_confirm_it() {
+    fn of_a_body_of_several_looks_less_is_doubted_and_nothing_once_keyframes_confirm_it() {
         let turned = |angle: f64| UnitQuaternion::from_euler_angles(angle, 0.0, 0.0);
-        let [mut guess, mut known] = [false, true].map(|is_known| Relief::new(false, is_known));
+        let [mut guess, mut known] = [true, false].map(|one_look| Relief::new(false, one_look));
         let none = &Keyframes::default();
         let doubt = |relief: &mut Relief, angle| relief.turn_variance(turned(angle), none);
         assert!(doubt(&mut guess, 0.0) == 0.0 && doubt(&mut known, 0.0) == 0.0);
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn a_rotation_about_the_line_of_sight_is_not_doubted() {
-        let mut guess = Relief::new(false, false);
+        let mut guess = Relief::new(false, true);
         guess.begin(UnitQuaternion::identity());
         for step in 1..30 {
             let rolled = UnitQuaternion::from_euler_angles(0.0, 0.0, 0.1 * f64::from(step));
@@ -262,7 +262,7 @@ mod tests {
     #[test]
     fn systematic_errors_grow_with_the_turn_are_bounded_and_none_of_a_known_shape() {
         let turned = |angle: f64| UnitQuaternion::from_euler_angles(0.0, angle, 0.0);
-        let mut relief = Relief::new(false, false);
+        let mut relief = Relief::new(false, true);
         relief.follow_turn(&turned(1.0), true);
         assert_eq!(relief.systematic, (0.0, 0.0), "no pose was given");
         relief.begin(turned(0.1));
@@ -282,7 +282,7 @@ mod tests {
 
     #[test]
     fn an_image_that_determines_the_turn_much_worse_than_others_leaves_it_to_the_body() {
-        let mut relief = Relief::new(false, false);
+        let mut relief = Relief::new(false, true);
         for _ in 0..100 {
             relief.note_noise((0.2 * UNCLEAR).powi(2));
             assert!(!relief.decides_turn(true) && !relief.adds_noise());
@@ -294,7 +294,7 @@ mod tests {
             assert!(relief.decides_turn(true), "a while of it does not make it usual");
             assert!(relief.decides_turn(false) && relief.adds_noise());
         }
-        let mut always = Relief::new(false, false);
+        let mut always = Relief::new(false, true);
         for _ in 0..100 {
             always.note_noise((0.5 * NOISY * UNCLEAR).powi(2));
             assert!(!always.decides_turn(true), "an object that is always seen like that");
@@ -303,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_body_that_keyframes_confirm_is_doubted_only_if_it_stays_so_and_nothing_hides_the_object() {
-        let mut relief = Relief::new(false, false);
+        let mut relief = Relief::new(false, true);
         relief.measure(Some(0.5 * CONFIRMED));
         relief.note_noise(1e-8);
         for image in 1..=2 * LASTS {
@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn one_that_is_open_stays_so_and_nothing_confirms_it() {
-        let mut relief = Relief::new(true, false);
+        let mut relief = Relief::new(true, true);
         relief.measure(Some(0.0));
         assert!(relief.is_open && !relief.is_confirmed() && !relief.is_denied(0.0, 1.0));
     }

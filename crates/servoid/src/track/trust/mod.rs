@@ -89,10 +89,10 @@ pub(super) fn is_turn_reliable(evidence: &Evidence, most_rad: f64) -> bool {
 /// Returns whether distances that the body alone or motion gives are believed: unless keyframes
 /// confirm the body, most of the points must be where they should be. Where motion gives them, the
 /// keyframes must agree with each other, as nothing else tells whether it gave the right ones of an
-/// object whose shape is not known.
-fn is_relief_believed(relief: &Relief, share: f64, known_shape: bool) -> bool {
+/// object that was looked at once.
+fn is_relief_believed(relief: &Relief, share: f64, is_of_one_look: bool) -> bool {
     if relief.is_open {
-        return known_shape || relief.sighting_cost <= CONSISTENT;
+        return !is_of_one_look || relief.sighting_cost <= CONSISTENT;
     }
     relief.is_confirmed() || share >= GUESSED
 }
@@ -135,7 +135,7 @@ impl Tracker {
     /// puts them.
     pub(super) fn believes_relief(&self, quality: &Quality) -> bool {
         let Target { relief, points, .. } = &self.target;
-        is_relief_believed(relief, quality.share, self.settings.known_shape)
+        is_relief_believed(relief, quality.share, self.settings.is_of_one_look())
             || !points.are_from_body(&self.workspace.matches)
     }
 
@@ -320,16 +320,16 @@ pub(crate) mod tests {
 
     #[test]
     fn distances_by_motion_show_no_turn_while_their_keyframes_contradict_each_other() {
-        let mut relief = Relief::new(true, false);
-        assert!(is_relief_believed(&relief, 0.0, false), "nothing was adjusted yet");
+        let mut relief = Relief::new(true, true);
+        assert!(is_relief_believed(&relief, 0.0, true), "nothing was adjusted yet");
         relief.sighting_cost = 0.9 * CONSISTENT;
-        assert!(is_relief_believed(&relief, 0.0, false));
+        assert!(is_relief_believed(&relief, 0.0, true));
         relief.sighting_cost = 1.1 * CONSISTENT;
-        assert!(!is_relief_believed(&relief, 1.0, false));
-        assert!(is_relief_believed(&relief, 0.0, true), "its shape is known");
+        assert!(!is_relief_believed(&relief, 1.0, true));
+        assert!(is_relief_believed(&relief, 0.0, false), "several looks made the body");
         relief.is_open = false;
-        assert!(is_relief_believed(&relief, GUESSED, false), "the body gives them");
-        assert!(!is_relief_believed(&relief, 0.9 * GUESSED, false));
+        assert!(is_relief_believed(&relief, GUESSED, true), "the body gives them");
+        assert!(!is_relief_believed(&relief, 0.9 * GUESSED, true));
     }
 
     #[test]

@@ -56,6 +56,8 @@ def main() -> int:
         help="servo so long in each run, simulated; meeting the object takes the most time",
     )
     options = parser.parse_args()
+    if not options.seconds > 0.0:
+        parser.error(f"runs of {options.seconds:g} s servo to nothing; give more than 0")
     health = Health()
     try:
         soak(health, options.hours, options.images, options.seed, options.seconds)

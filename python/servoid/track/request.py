@@ -83,7 +83,8 @@ class Request:
 
     `observations` and `every` select the observations: every `every`-th of the slice. `evolve` is
     whether bodies evolve; by default only bodies modelled from the first observation do, since they
-    lack the sides that it did not show, and `adjust_outlines` adjusts only these. `evolve_every` is
+    lack the sides that it did not show, and `adjust_outlines` adjusts only these; set to False, one
+    camera doubts them no more than other bodies. `evolve_every` is
     the number of observations until a body may evolve again. `distance_m` is the distance of an
     object in the first observation, which a single image without depth leaves open. `maker` makes
     the trackers, if not the method's own. With `trust_targets`, a target that may mean several

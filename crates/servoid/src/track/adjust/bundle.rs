@@ -84,6 +84,8 @@ pub(crate) struct Sighting {
 #[derive(Debug, Clone)]
 pub(crate) struct Solution {
     pub(crate) bundle: Bundle,
+    /// Mean cost of an observation.
+    pub(crate) sighting_cost: f64,
     /// Variance of each keyframe's orientation, in square radians, due to noise of the
     /// observations.
     pub(crate) turn_variances: Vec<f64>,
@@ -182,7 +184,8 @@ impl Bundle {
         }
         let (turn_variances, distance_variances) = Reduced::new(&bundle).variances(&bundle)?;
         let by_motion = vec![None; bundle.keyframes.len()];
-        Some(Solution { bundle, turn_variances, distance_variances, by_motion })
+        let sighting_cost = bundle.cost_of_sightings() / bundle.sightings.len().max(1) as f64;
+        Some(Solution { bundle, sighting_cost, turn_variances, distance_variances, by_motion })
     }
 
     /// Returns the rms distance of landmarks from where they were learned, in standard deviations;
@@ -192,11 +195,6 @@ impl Bundle {
             self.landmarks.iter().filter_map(|one| Some(self.anchored(one)?.0.norm_squared()));
         let (count, sum) = off.fold((0, 0.0), |(count, sum), off| (count + 1, sum + off));
         (count >= LEAST_LANDMARKS).then(|| (sum / f64::from(count)).sqrt())
-    }
-
-    /// Returns the mean cost of an observation.
-    pub(crate) fn sighting_cost(&self) -> f64 {
-        self.cost_of_sightings() / self.sightings.len().max(1) as f64
     }
 
     fn cost_of_sightings(&self) -> f64 {

@@ -74,7 +74,7 @@ impl Tracker {
             return;
         }
         self.target.relief.measure(solution.bundle.misfit());
-        self.target.relief.sighting_cost = solution.bundle.sighting_cost();
+        self.target.relief.sighting_cost = solution.sighting_cost;
         let before = self.target.points.seen();
         let newest = self.target.correct(&solution, (&pending.keyframes, &pending.landmarks));
         // The current pose was found by the points that are seen now, so it moves along with them.
@@ -291,7 +291,7 @@ mod tests {
         }
         let distance_variances = vec![None; bundle.landmarks.len()];
         let (turn_variances, by_motion) = (vec![1e-4; 3], vec![None; 3]);
-        Solution { bundle, turn_variances, distance_variances, by_motion }
+        Solution { bundle, sighting_cost: 0.0, turn_variances, distance_variances, by_motion }
     }
 
     #[test]

@@ -45,7 +45,7 @@ pub(crate) struct Relief {
     /// Mean cost of a sighting in the last adjustment: of points that contradict each other it is high.
     pub(crate) sighting_cost: f64,
     /// Whether the body is of one look, and so a guess in depth.
-    is_of_one_look: bool,
+    pub(crate) is_of_one_look: bool,
     /// Variances of the systematic errors of position, in radii, and orientation.
     pub(crate) systematic: (f64, f64),
     /// Deviation of points from the body by the first keyframes, rms in standard deviations.
@@ -118,7 +118,7 @@ impl Relief {
 
     /// Returns whether the body is trusted though nothing confirms it.
     pub(crate) fn is_guess(&self) -> bool {
-        !(self.is_open || !self.is_of_one_look && self.is_confirmed())
+        !self.is_open && (self.is_of_one_look || !self.is_confirmed())
     }
 
     /// Notes the variance of the orientation by the noise of an image.

@@ -39,7 +39,7 @@ const RICH: f64 = 22.0;
 /// one camera sees, where keyframes do not confirm the body by which their distances were guessed.
 const GUESSED: f64 = 0.88;
 /// Mean cost of a sighting in an adjustment up to which distances by motion alone are consistent: of
-/// maps of right poses it is 0.3 to 0.8, of wrong ones 1.4 to 3.8.
+/// maps of right poses it is at most 0.6, of wrong ones it grows to 1.6 and 3.5, in small images to 1.
 const CONSISTENT: f64 = 1.2;
 /// Penalty: a pose with a contradiction keeps at most this part of the trusted share, so that it is
 /// not trusted however well the rest fits.
@@ -90,9 +90,9 @@ pub(super) fn is_turn_reliable(evidence: &Evidence, most_rad: f64) -> bool {
 /// confirm the body, most of the points must be where they should be. Where motion gives them, the
 /// keyframes must agree with each other, as nothing else tells whether it gave the right ones of an
 /// object that was looked at once.
-fn is_relief_believed(relief: &Relief, share: f64, is_of_one_look: bool) -> bool {
+fn is_relief_believed(relief: &Relief, share: f64) -> bool {
     if relief.is_open {
-        return !is_of_one_look || relief.sighting_cost <= CONSISTENT;
+        return !relief.is_of_one_look || relief.sighting_cost <= CONSISTENT;
     }
     relief.is_confirmed() || share >= GUESSED
 }
@@ -135,8 +135,7 @@ impl Tracker {
     /// puts them.
     pub(super) fn believes_relief(&self, quality: &Quality) -> bool {
         let Target { relief, points, .. } = &self.target;
-        is_relief_believed(relief, quality.share, self.settings.is_of_one_look())
-            || !points.are_from_body(&self.workspace.matches)
+        is_relief_believed(relief, quality.share) || !points.are_from_body(&self.workspace.matches)
     }
 
     /// From now on estimates distances from motion alone, if a single camera is about to lose the
@@ -321,15 +320,16 @@ pub(crate) mod tests {
     #[test]
     fn distances_by_motion_show_no_turn_while_their_keyframes_contradict_each_other() {
         let mut relief = Relief::new(true, true);
-        assert!(is_relief_believed(&relief, 0.0, true), "nothing was adjusted yet");
+        assert!(is_relief_believed(&relief, 0.0), "nothing was adjusted yet");
         relief.sighting_cost = 0.9 * CONSISTENT;
-        assert!(is_relief_believed(&relief, 0.0, true));
+        assert!(is_relief_believed(&relief, 0.0));
         relief.sighting_cost = 1.1 * CONSISTENT;
-        assert!(!is_relief_believed(&relief, 1.0, true));
-        assert!(is_relief_believed(&relief, 0.0, false), "several looks made the body");
-        relief.is_open = false;
-        assert!(is_relief_believed(&relief, GUESSED, true), "the body gives them");
-        assert!(!is_relief_believed(&relief, 0.9 * GUESSED, true));
+        assert!(!is_relief_believed(&relief, 1.0));
+        relief.is_of_one_look = false;
+        assert!(is_relief_believed(&relief, 0.0), "several looks made the body");
+        (relief.is_open, relief.is_of_one_look) = (false, true);
+        assert!(is_relief_believed(&relief, GUESSED), "the body gives them");
+        assert!(!is_relief_believed(&relief, 0.9 * GUESSED));
     }
 
     #[test]

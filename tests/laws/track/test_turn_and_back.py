@@ -33,3 +33,18 @@ def test_noise_lets_a_turn_be_sought_and_never_wrong(seed: int, tmp_path: Path) 
     found = verdicts(tracked, recording.truth, recording.vertices)
     assert not found.trusted_wrong.any()
     assert found.right.mean() > 0.5  # 71 and 72 %
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("seed", [14, 19])
+def test_a_turn_that_a_bare_side_held_back_is_doubted_until_a_known_side_returns(
+    seed: int, tmp_path: Path
+) -> None:
+    # Shading between two labels held the turn back by 15 and 20 degrees, and neither the drift nor
+    # the adjustment of keyframes knew: 9 and 86 images were trusted wrongly, 5 and 73 in a row.
+    recording = recording_with_truth("hard/bleach_turn")
+    coarse = VARIANTS["JPEG"].change(recording.capture, seed, tmp_path)
+    tracked = track_capture(coarse, [Subject()], Request(seed=seed))[0].tracked
+    found = verdicts(tracked, recording.truth, recording.vertices)
+    assert not found.trusted_wrong.any()
+    assert found.right.mean() > 0.5  # 68 and 73 %

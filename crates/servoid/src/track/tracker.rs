@@ -7,6 +7,7 @@ use super::clock::Clock;
 use super::estimate::{Estimate, Notice, Status};
 use super::frame::Frame;
 use super::motion::Motion;
+use super::motion::held_back::HeldBack;
 use super::motion::jitter::Jitter;
 use super::motion::outdated::Newest;
 use super::pose::confidence::{Evidence, UNMEASURED, unseen};
@@ -40,6 +41,7 @@ pub struct Tracker {
     pub(super) motion: Motion,
     pub(super) newest: Option<Newest>,
     pub(super) jitter: Jitter,
+    pub(super) held_back: HeldBack,
     pub(super) workspace: Workspace,
     pub(super) fresh: Vec<Feature>,
     pub(super) cells: Cells,
@@ -85,6 +87,7 @@ impl Tracker {
             frame: Frame::new(cameras),
             innovation: first_innovation(&target.solid),
             jitter: Jitter::new(target.solid.radius),
+            held_back: HeldBack::default(),
             target,
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
             relocalizer: Relocalizer::new(settings.seed),
@@ -155,6 +158,7 @@ impl Tracker {
         self.accept_or_miss(observation.time_s, &expected, &hypothesis, least);
         self.note_newest(observation);
         if self.status == Status::Tracking {
+            self.follow_held_back(observation, &hypothesis);
             self.compare_depths(observation, &hypothesis.pose);
             self.workspace.occlusion.remember();
         } else {
@@ -209,6 +213,7 @@ impl Tracker {
             self.status = self.trust.without();
             self.motion.wait(time_s, self.process_noise());
             self.jitter.pause();
+            self.held_back.pause();
             return;
         }
         let relocalized = self.status != Status::Tracking;
@@ -226,6 +231,7 @@ impl Tracker {
         }
         let usual = self.least_share_of_print();
         if relocalized {
+            self.held_back.pause();
             if went_on {
                 self.motion.follow(time_s, hypothesis.pose, &known, self.process_noise());
             } else {

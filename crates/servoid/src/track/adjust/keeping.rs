@@ -64,7 +64,7 @@ impl Tracker {
         };
         let seen = (&self.target.points, &*self.workspace.matches);
         let clear = (&*self.frame.windows, &self.workspace.occlusion);
-        let drift = self.drift_of_new_points();
+        let drift = (self.drift_of_new_points(), self.held_back_at(&object_from_camera));
         if let Some(dropped) =
             self.target.keyframes.keep(keyframe_pose, seen, clear, (drift, is_given, guesses))
         {

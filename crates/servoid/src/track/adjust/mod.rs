@@ -198,7 +198,7 @@ impl Target {
                 continue;
             };
             let keyframe = &mut self.keyframes.all[at];
-            keyframe.drift_variance = TOGETHER * TOGETHER * variance;
+            keyframe.drift_variance = TOGETHER * TOGETHER * variance + keyframe.held_back;
             keyframe.relief_variance = by_motion.map(|one| one.doubt(BY_MOTION));
             moves.push((*number, keyframe.world_from_object.inverse() * station.world_from_object));
         }
@@ -275,7 +275,7 @@ mod tests {
             let pose = keyframe_pose.world_from_object;
             let none = (&target.points, &[][..]);
             let clear = (&[][..], &Default::default());
-            target.keyframes.keep(keyframe_pose, none, clear, (0.0, number == 0, false));
+            target.keyframes.keep(keyframe_pose, none, clear, ((0.0, 0.0), number == 0, false));
             let mut known = feature();
             known.place_at(Vector3::new(0.01 * number as f64, 0.02, -0.04));
             known.set_origin((number, &pose), 0.0);
@@ -310,6 +310,17 @@ mod tests {
         }
         let learned = |target: &Target| target.points.features[2].origin.position;
         assert_eq!(learned(&target), learned(&before), "where it was learned stays");
+    }
+
+    #[test]
+    fn what_no_sighting_shows_stays_in_doubt_whatever_is_adjusted() {
+        let mut target = target();
+        target.keyframes.all[2].held_back = 0.03;
+        let solution = solution(&target, [Twist::zeros(); 3]);
+        target.correct(&solution, (&[0, 1, 2], &[]));
+        let adjusted = TOGETHER * TOGETHER * 1e-4;
+        let drifts = target.keyframes.all.iter().map(|one| one.drift_variance);
+        assert!(drifts.eq([adjusted, adjusted, adjusted + 0.03]));
     }
 
     #[test]

@@ -109,6 +109,7 @@ impl Tracker {
         self.pending = None;
         self.motion.correct(&off);
         self.jitter.pause();
+        self.held_back.pause();
         let degrees = off.fixed_rows::<3>(3).norm().to_degrees();
         self.frame.notices.push(Notice::LoopClosed { degrees });
     }
@@ -131,7 +132,10 @@ impl Tracker {
     /// Returns the variance of the orientation with which a new point is learned.
     pub(crate) fn drift_of_new_points(&self) -> f64 {
         let points = &self.target.points;
-        points.drift_variance + points.noise_variance + (STRAYS * self.motion.turn_sd()).powi(2)
+        points.drift_variance
+            + points.noise_variance
+            + points.held_back_variance
+            + (STRAYS * self.motion.turn_sd()).powi(2)
     }
 
     /// Returns the covariance of a pose due to drift and to a guessed body, in the object's frame.
@@ -175,7 +179,7 @@ fn shading(quality: &Quality) -> f64 {
 
 /// Returns the standard deviation, in radians, by which recognised points slip along the surface
 /// per radian of rotation.
-fn slip(quality: &Quality, cameras: usize) -> f64 {
+pub(super) fn slip(quality: &Quality, cameras: usize) -> f64 {
     let (few, most, half) = (SLIPS.0, SLIPS.1, SLIPS.2 * cameras.max(1) as f64);
     let textured = (quality.textured + 1.0) / (quality.recognised + 2.0);
     (few * (1.0 - textured) / (1.0 + (quality.recognised / half).powi(2))).min(most)

@@ -1,6 +1,7 @@
 //! Predicts the pose of the object, and its uncertainty.
 
 pub(super) mod drift;
+pub(super) mod held_back;
 pub(super) mod jitter;
 pub(super) mod outdated;
 

@@ -1,9 +1,8 @@
-use nalgebra::{Matrix2, UnitQuaternion, Vector2};
+use nalgebra::UnitQuaternion;
 
 use super::look::Look;
-use super::points::{Match, Points, RECOGNISED, bridged};
-use super::relief::tilted;
-use super::shift::Shift;
+use super::points::{Match, Points, bridged};
+use super::sighting::Sighting;
 use crate::camera::Observation;
 use crate::pose::{Pose, Twist};
 use crate::shape::Projection;
@@ -24,6 +23,8 @@ pub(crate) struct Keyframe {
     pub(crate) guesses: bool,
     /// Variance of the object's orientation since the first image, in square radians.
     pub(crate) drift_variance: f64,
+    /// The part of it by which the orientation may have been held back, which no sighting shows.
+    pub(crate) held_back: f64,
     /// The same by what motion alone tells, where distances are guesses that nothing confirms.
     pub(crate) relief_variance: Option<f64>,
     /// Projection of the world into each camera.
@@ -32,16 +33,6 @@ pub(crate) struct Keyframe {
     /// Where each camera saw the object's boundary, if all of it was seen.
     pub(crate) looks: Vec<Option<Look>>,
     pub(crate) object_from_camera: UnitQuaternion<f64>,
-}
-
-/// An observation of a landmark by a camera.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sighting {
-    /// Number of the landmark.
-    pub(crate) id: usize,
-    pub(crate) camera: usize,
-    pub(crate) pixel: Vector2<f64>,
-    pub(crate) information: Matrix2<f64>,
 }
 
 /// The data of a keyframe: the pose, the orientation of the first camera, and the projection of the
@@ -88,10 +79,6 @@ const TIES: usize = 3;
 const CLOSE: f64 = 0.05;
 /// Angle within which a view belongs to the newest keyframe.
 const NEAR: f64 = 0.25;
-/// Largest deviation of a match in pixels.
-const FARTHEST_PX: f64 = 3.0;
-/// Weight of an observation without the contrast of a pattern: shading slips along the surface.
-const SHADING: f64 = 0.3;
 /// Most keyframes, and most dropped ones, that are kept.
 const MOST_KEYFRAMES: usize = 64;
 const MOST_FORMER: usize = 4096;
@@ -120,21 +107,24 @@ impl Keyframes {
     pub(crate) fn around(&self, object_from_camera: &UnitQuaternion<f64>) -> Option<&Keyframe> {
         let away = |one: &Keyframe| one.object_from_camera.angle_to(object_from_camera);
         let newest = self.all.last().filter(|one| away(one) < NEAR);
-        newest.or_else(|| self.all.iter().min_by(|a, b| away(a).total_cmp(&away(b))))
+        newest.or_else(|| self.nearest(object_from_camera))
     }
 
-    /// Returns the least variance of the orientation that guessed distances leave, by the keyframes
-    /// of which motion tells it; it grows by `off` per radian away from each.
-    pub(crate) fn relief_variance(
+    /// Returns the keyframe most similar to a view.
+    pub(crate) fn nearest(&self, object_from_camera: &UnitQuaternion<f64>) -> Option<&Keyframe> {
+        let away = |one: &Keyframe| one.object_from_camera.angle_to(object_from_camera);
+        self.all.iter().min_by(|a, b| away(a).total_cmp(&away(b)))
+    }
+
+    /// Returns whether a view is within an angle of that of the given pose, or of a keyframe before
+    /// one with a number.
+    pub(crate) fn is_known(
         &self,
         object_from_camera: &UnitQuaternion<f64>,
-        off: f64,
-    ) -> Option<f64> {
-        let told = self.all.iter().filter_map(|one| {
-            let away = tilted(&one.object_from_camera, object_from_camera);
-            Some(one.relief_variance? + (off * away).powi(2))
-        });
-        told.min_by(f64::total_cmp)
+        (before, angle): (usize, f64),
+    ) -> bool {
+        let mut known = self.all.iter().filter(|one| one.is_given || one.number < before);
+        known.any(|one| one.object_from_camera.angle_to(object_from_camera) < angle)
     }
 
     /// Returns whether a view differs enough from the last keyframe and, unless `all_over` is set,
@@ -157,13 +147,14 @@ impl Keyframes {
     }
 
     /// Adds a keyframe of a pose with the points that are recognised; returns the one that is
-    /// dropped to make room.
+    /// dropped to make room. `drift` is the variance of the orientation, and `held_back` its part
+    /// that no sighting shows.
     pub(crate) fn keep(
         &mut self,
         keyframe_pose: KeyframePose,
         (points, matches): (&Points, &[Match]),
         (windows, occlusion): (&[Window], &Occlusion),
-        (drift, is_given, guesses): (f64, bool, bool),
+        ((drift, held_back), is_given, guesses): ((f64, f64), bool, bool),
     ) -> Option<Keyframe> {
         let KeyframePose { world_from_object, object_from_camera, cameras, looks } = keyframe_pose;
         let last = self.around(&object_from_camera).filter(|_| self.followed);
@@ -182,6 +173,7 @@ impl Keyframes {
             is_given,
             guesses,
             drift_variance: drift,
+            held_back,
             relief_variance: None,
             cameras,
             sightings,
@@ -259,6 +251,9 @@ impl Keyframes {
     /// Turns back the keyframes since one of them, each by its share of a motion that closes a
     /// loop; `drifts` are the variances of the orientation before and after that.
     pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
+        for one in self.all.iter_mut().filter(|one| Some(one.number) > since) {
+            one.held_back *= 1.0 - bridged(one.drift_variance, drifts).0;
+        }
         let former = self.former.iter_mut();
         let former =
             former.map(|one| (one.number, &mut one.world_from_object, &mut one.drift_variance));
@@ -301,26 +296,6 @@ impl Keyframes {
     }
 }
 
-impl Sighting {
-    fn of(
-        found: &Match,
-        points: &Points,
-        (windows, occlusion): (&[Window], &Occlusion),
-    ) -> Option<Self> {
-        let (agreement, pixel) = (found.agreement.as_ref()?, found.pixel?);
-        let camera = found.view.camera;
-        if agreement.correlation < RECOGNISED || occlusion.hides(camera, &pixel) > 0.0 {
-            return None;
-        }
-        let shift = Shift::pixels(agreement).filter(|shift| shift.norm() < FARTHEST_PX)?;
-        let Shift { information, .. } = Shift::new(agreement, found.level, &Matrix2::zeros())?;
-        let id = points.features[found.view.point].id;
-        let share = if windows[camera].shows_texture(agreement) { 1.0 } else { SHADING };
-        let information = (information + information.transpose()) * (0.5 * share);
-        Some(Self { id, camera, pixel: pixel + shift, information })
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -334,13 +309,18 @@ pub(crate) mod tests {
         keyframes
     }
 
-    fn keep(keyframes: &mut Keyframes, turned: f64) -> Option<Keyframe> {
+    pub(crate) fn keep(keyframes: &mut Keyframes, turned: f64) -> Option<Keyframe> {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
         let object_from_camera = world_from_object.inverse().rotation();
         let (cameras, looks) = (Vec::new(), Vec::new());
         let keyframe_pose = KeyframePose { world_from_object, object_from_camera, cameras, looks };
         let nothing = (&Points::default(), &[][..]);
-        keyframes.keep(keyframe_pose, nothing, (&[], &Occlusion::default()), (0.01, false, false))
+        keyframes.keep(
+            keyframe_pose,
+            nothing,
+            (&[], &Occlusion::default()),
+            ((0.01, 0.004), false, false),
+        )
     }
 
     #[test]
@@ -363,19 +343,17 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_guesses_leave_open_grows_away_from_the_keyframes_of_which_motion_tells_it() {
+    fn a_view_is_known_where_an_earlier_keyframe_is_near() {
         let mut keyframes = Keyframes::default();
-        for count in 0..4 {
+        for count in 0..6 {
             keep(&mut keyframes, 0.2 * f64::from(count));
         }
         let camera = |turned: f64| UnitQuaternion::from_euler_angles(0.0, -turned, 0.0);
-        assert!(keyframes.relief_variance(&camera(0.0), 0.1).is_none());
-        keyframes.all[1].relief_variance = Some(1e-4);
-        keyframes.all[3].relief_variance = Some(4e-4);
-        for (turned, least) in [(0.2, 1e-4), (0.3, 2e-4), (0.1, 2e-4), (0.6, 4e-4), (0.9, 13e-4)] {
-            let found = keyframes.relief_variance(&camera(turned), 0.1).unwrap();
-            assert!((found - least).abs() < 1e-12, "{turned} {found}");
+        for (turned, number) in [(0.05, 0), (0.25, 1), (0.95, 5), (2.0, 5)] {
+            assert_eq!(keyframes.nearest(&camera(turned)).unwrap().number, number);
         }
+        let known = |turned: f64| keyframes.is_known(&camera(turned), (3, 0.15));
+        assert!(known(0.0) && known(0.5) && !known(0.6) && !known(1.0));
     }
 
     #[test]
@@ -392,7 +370,9 @@ pub(crate) mod tests {
         keyframes.move_by(by);
         let off = (before * by(former)).inverse() * keyframes.pose(former).unwrap();
         assert!(off.log().norm() < 1e-9);
+        assert!(keyframes.all.iter().all(|one| one.held_back > 0.0));
         keyframes.turn_back(&Twist::new(0.0, 0.0, 0.0, 0.0, 0.1, 0.0), (0.01, 0.0), None);
+        assert!(keyframes.all.iter().all(|one| one.held_back == 0.0), "the loop is closed");
         let turned = (before * by(former)).inverse() * keyframes.pose(former).unwrap();
         assert!((turned.rotation().angle() - 0.1).abs() < 1e-9);
         assert!(keyframes.pose(MOST_KEYFRAMES + 1).is_none());

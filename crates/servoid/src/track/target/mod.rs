@@ -13,6 +13,7 @@ pub(super) mod reference;
 pub(super) mod relief;
 pub(super) mod shift;
 pub(super) mod sides;
+pub(super) mod sighting;
 pub(super) mod solid;
 mod turn_drift;
 

@@ -53,6 +53,8 @@ pub(crate) struct Points {
     pub(crate) noise_variance: f64,
     /// Additional variance: that due to distances that only the body gave, in the last image.
     pub(crate) relief_variance: f64,
+    /// Additional variance: that by which it may have been held back since it was last shown well.
+    pub(crate) held_back_variance: f64,
     next: usize,
     /// Numbers of the points that were recognised last.
     pub(super) seen: Vec<usize>,

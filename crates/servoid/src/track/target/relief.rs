@@ -170,8 +170,24 @@ impl Relief {
 
 /// Returns the angle between the lines of sight of two orientations of a camera: a rotation about them
 /// looks the same whatever the relief.
-pub(super) fn tilted(one: &UnitQuaternion<f64>, other: &UnitQuaternion<f64>) -> f64 {
+fn tilted(one: &UnitQuaternion<f64>, other: &UnitQuaternion<f64>) -> f64 {
     (one * Vector3::z()).angle(&(other * Vector3::z()))
+}
+
+impl Keyframes {
+    /// Returns the least variance of the orientation that guessed distances leave, by the keyframes
+    /// of which motion tells it; it grows by `off` per radian away from each.
+    pub(crate) fn relief_variance(
+        &self,
+        object_from_camera: &UnitQuaternion<f64>,
+        off: f64,
+    ) -> Option<f64> {
+        let told = self.all.iter().filter_map(|one| {
+            let away = tilted(&one.object_from_camera, object_from_camera);
+            Some(one.relief_variance? + (off * away).powi(2))
+        });
+        told.min_by(f64::total_cmp)
+    }
 }
 
 impl Points {
@@ -197,7 +213,7 @@ impl Points {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::track::target::keyframes::tests::told;
+    use crate::track::target::keyframes::tests::{keep, told};
 
     #[test]
     fn a_body_that_keyframes_confirm_is_not_denied_however_little_is_seen() {
@@ -320,5 +336,21 @@ mod tests {
         let mut relief = Relief::new(true, true);
         relief.measure(Some(0.0));
         assert!(relief.is_open && !relief.is_confirmed() && !relief.is_denied(0.0, 1.0));
+    }
+
+    #[test]
+    fn what_guesses_leave_open_grows_away_from_the_keyframes_of_which_motion_tells_it() {
+        let mut keyframes = Keyframes::default();
+        for count in 0..4 {
+            keep(&mut keyframes, 0.2 * f64::from(count));
+        }
+        let camera = |turned: f64| UnitQuaternion::from_euler_angles(0.0, -turned, 0.0);
+        assert!(keyframes.relief_variance(&camera(0.0), 0.1).is_none());
+        keyframes.all[1].relief_variance = Some(1e-4);
+        keyframes.all[3].relief_variance = Some(4e-4);
+        for (turned, least) in [(0.2, 1e-4), (0.3, 2e-4), (0.1, 2e-4), (0.6, 4e-4), (0.9, 13e-4)] {
+            let found = keyframes.relief_variance(&camera(turned), 0.1).unwrap();
+            assert!((found - least).abs() < 1e-12, "{turned} {found}");
+        }
     }
 }

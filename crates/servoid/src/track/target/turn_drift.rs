@@ -49,7 +49,7 @@ impl Points {
 
     /// Returns the variance of the orientation since the first image.
     pub(crate) fn turn_variance(&self) -> f64 {
-        self.drift_variance + self.noise_variance + self.relief_variance
+        self.drift_variance + self.noise_variance + self.relief_variance + self.held_back_variance
     }
 }
 

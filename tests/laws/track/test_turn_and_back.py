@@ -47,4 +47,4 @@ def test_a_turn_that_a_bare_side_held_back_is_doubted_until_a_known_side_returns
     tracked = track_capture(coarse, [Subject()], Request(seed=seed))[0].tracked
     found = verdicts(tracked, recording.truth, recording.vertices)
     assert not found.trusted_wrong.any()
-    assert found.right.mean() > 0.5  # 68 and 73 %
+    assert found.right.mean() > 0.5  # 74 and 56 %

@@ -11,7 +11,6 @@ use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::uncertainty::turn_variance;
 use crate::track::target::keyframes::object_from_camera;
 use crate::track::tracker::Tracker;
-use crate::track::trust::CLEAR;
 
 /// The rotation by which an object is behind its angular velocity, as that was last shown well.
 #[derive(Debug, Clone, Copy, Default)]
@@ -47,8 +46,8 @@ const SLIPPERY: f64 = 0.08;
 const NOISY: f64 = 2.0;
 const ALIKE: f64 = 1.5;
 const USUAL: f64 = 0.05;
-/// Standard deviation of the orientation, in radians, by what is recognised up to which it is known,
-/// whatever is doubted of the side that is seen.
+/// Standard deviation of the orientation, in radians, up to which it is known: by what is recognised,
+/// whatever is doubted of the side that is seen, or at a keyframe, by how far it was held back.
 const KNOWN_RAD: f64 = 0.03;
 /// Angle to a keyframe within which a view is known, in radians, and the number of keyframes before
 /// those of views that were just left.
@@ -116,9 +115,9 @@ impl HeldBack {
 }
 
 impl Tracker {
-    /// Updates how far the orientation may have been held back, by an accepted pose. Where an object
-    /// without print is seen that is always so, and is not counted here; nor what hides an object, nor
-    /// a view that was known before.
+    /// Updates how far the orientation may have been held back, by an accepted pose. Of an object
+    /// without print that is always so, and is not counted here; nor are views that are known, nor
+    /// where motion is to determine distances, as then noise counts as drift.
     pub(crate) fn follow_held_back(
         &mut self,
         observation: &Observation<'_>,
@@ -127,16 +126,16 @@ impl Tracker {
         let quality = &hypothesis.quality;
         let is_noisy =
             self.held_back.is_noisy(turn_variance(&hypothesis.normal, self.target.solid.radius));
-        let slips = is_noisy && slip(quality, self.frame.open()) >= SLIPPERY && !self.is_plain();
+        let is_doubted = self.is_plain() || self.target.relief.is_open;
+        let slips = is_noisy && slip(quality, self.frame.open()) >= SLIPPERY && !is_doubted;
         let keyframes = &self.target.keyframes;
         if !slips {
             self.held_back.upcoming = keyframes.upcoming();
         }
         let camera = object_from_camera(observation, &hypothesis.pose);
-        let is_shown = !slips
-            || quality.visible < CLEAR
-            || keyframes
-                .is_known(&camera, (self.held_back.upcoming.saturating_sub(LEFT), SAME_RAD));
+        let earlier = self.held_back.upcoming.saturating_sub(LEFT);
+        let is_shown =
+            !slips || keyframes.is_known(&camera, KNOWN_RAD * KNOWN_RAD, (earlier, SAME_RAD));
         let known = (is_shown, self.target.points.drift_variance);
         self.held_back.follow(observation.time_s, hypothesis.pose.rotation(), known);
         self.target.points.held_back_variance = self.held_back.newest();

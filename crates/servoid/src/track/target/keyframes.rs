@@ -117,13 +117,15 @@ impl Keyframes {
     }
 
     /// Returns whether a view is within an angle of that of the given pose, or of a keyframe before
-    /// one with a number.
+    /// one with a number that may have been held back by a variance at most.
     pub(crate) fn is_known(
         &self,
         object_from_camera: &UnitQuaternion<f64>,
+        most_held_back: f64,
         (before, angle): (usize, f64),
     ) -> bool {
-        let mut known = self.all.iter().filter(|one| one.is_given || one.number < before);
+        let is_earlier = |one: &Keyframe| one.number < before && one.held_back <= most_held_back;
+        let mut known = self.all.iter().filter(|one| one.is_given || is_earlier(one));
         known.any(|one| one.object_from_camera.angle_to(object_from_camera) < angle)
     }
 
@@ -352,8 +354,9 @@ pub(crate) mod tests {
         for (turned, number) in [(0.05, 0), (0.25, 1), (0.95, 5), (2.0, 5)] {
             assert_eq!(keyframes.nearest(&camera(turned)).unwrap().number, number);
         }
-        let known = |turned: f64| keyframes.is_known(&camera(turned), (3, 0.15));
-        assert!(known(0.0) && known(0.5) && !known(0.6) && !known(1.0));
+        let known = |turned: f64, most| keyframes.is_known(&camera(turned), most, (3, 0.15));
+        assert!(known(0.0, 0.01) && known(0.5, 0.01) && !known(0.6, 0.01) && !known(1.0, 0.01));
+        assert!(!known(0.2, 0.003), "it may have been held back by more");
     }
 
     #[test]

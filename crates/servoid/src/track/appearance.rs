@@ -1,6 +1,7 @@
 use nalgebra::Vector3;
 
 use super::TrackError;
+use super::motion::held_back::HeldBack;
 use super::target::colors::Colors;
 use super::target::keyframes::Keyframes;
 use super::target::points::{Feature, Points};
@@ -171,6 +172,7 @@ impl Tracker {
         // Keyframes and running jobs refer to other points.
         self.target.keyframes = Keyframes::after(&self.target.keyframes);
         (self.target.ranges, self.pending, self.evolving) = (Ranges::default(), None, None);
+        self.held_back = HeldBack::default();
         self.target.colors = Colors::new(self.settings.local_colors);
         self.target.colors.recall(&appearance.colors, appearance.grey);
     }

@@ -154,6 +154,8 @@ impl Tracker {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::track::Status;
+    use crate::track::trust::tests::tracker;
 
     const DT: f64 = 1.0 / 30.0;
     const STEP: f64 = 0.05;
@@ -210,6 +212,15 @@ mod tests {
         assert_eq!(go_on(30, 0.5 * doubt), doubt);
         assert_eq!(go_on(31, 0.9 * KNOWN_AGAIN * doubt), 0.9 * KNOWN_AGAIN * doubt);
         assert_eq!(go_on(32, doubt), 0.9 * KNOWN_AGAIN * doubt);
+    }
+
+    #[test]
+    fn an_appearance_that_is_recalled_is_not_doubted_for_what_went_before() {
+        let mut tracker = tracker(Status::Tracking, 60.0);
+        tracker.held_back = followed(|image| if image < 20 { STEP } else { 0.5 * STEP });
+        tracker.recall(&tracker.appearance());
+        assert!(tracker.held_back.variance() == 0.0);
+        assert!(tracker.held_back_at(&UnitQuaternion::identity()) == 0.0);
     }
 
     #[test]

@@ -109,12 +109,8 @@ def test_nothing_wrong_is_trusted_twice_in_a_row(
 
 @pytest.mark.extended
 def test_an_object_that_turns_in_small_images_is_followed_all_the_way(tracked: Track) -> None:
-    # While highlights counted as much as print, 19 of 59 poses were wrong, up to 70 degrees. The
-    # last ones before the turn is whole are off most: by 13 degrees until it counted what a bare
-    # side may hold back, and by 15.1 in two images since, which are not trusted. The median fell
-    # from 8 to 4 degrees.
-    found = tracked("turn", LOOKED_AT, 0)
-    assert not found.trusted_wrong.any() and np.degrees(found.turn).max() < 16.0
+    # While highlights counted as much as print, 19 of 59 poses were wrong, up to 70 degrees.
+    assert not tracked("turn", LOOKED_AT, 0).wrong.any()
 
 
 @pytest.mark.parametrize("seed", tiered(range(4), 2))

@@ -10,6 +10,7 @@ use crate::track::motion::drift::slip;
 use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::uncertainty::turn_variance;
 use crate::track::target::keyframes::object_from_camera;
+use crate::track::target::relief::UsualNoise;
 use crate::track::tracker::Tracker;
 
 /// The rotation by which an object is behind its angular velocity, as that was last shown well.
@@ -24,7 +25,7 @@ pub(crate) struct HeldBack {
     /// Variance by which it may have been held back before, in square radians.
     before: f64,
     /// Usual variance of the orientation by the noise of an image.
-    usual_noise: Option<f64>,
+    usual_noise: UsualNoise,
     /// Number of the keyframe to come when the orientation was last shown well.
     upcoming: usize,
 }
@@ -41,16 +42,13 @@ const KNOWN_AGAIN: f64 = 0.25;
 /// Slip of what is recognised from which on it may hold back the rotation.
 const SLIPPERY: f64 = 0.08;
 /// Ratio of the standard deviation of the orientation by the noise of an image to the usual one from
-/// which on an image shows little of it, and up to which an image is usual; and the weight of such an
-/// image.
+/// which on an image shows little of it.
 const NOISY: f64 = 2.0;
-const ALIKE: f64 = 1.5;
-const USUAL: f64 = 0.05;
 /// Standard deviation of the orientation, in radians, up to which it is known: by what is recognised,
 /// whatever is doubted of the side that is seen, or at a keyframe, by how far it was held back.
 const KNOWN_RAD: f64 = 0.03;
-/// Angle to a keyframe within which a view is known, in radians, and the number of keyframes before
-/// those of views that were just left.
+/// Angle to a keyframe within which a view is known, in radians, and the number of the last keyframes
+/// before the orientation was shown badly that do not count, as their views were just left.
 const SAME_RAD: f64 = 0.2;
 const LEFT: usize = 3;
 
@@ -98,16 +96,6 @@ impl HeldBack {
         (TIMES * self.most_missing).powi(2)
     }
 
-    /// Updates the usual noise by the variance of the orientation by an image's; returns whether the
-    /// image shows little of the orientation.
-    fn is_noisy(&mut self, noise: f64) -> bool {
-        let usual = *self.usual_noise.get_or_insert(noise);
-        if noise < ALIKE * ALIKE * usual {
-            self.usual_noise = Some(usual + USUAL * (noise - usual));
-        }
-        noise > NOISY * NOISY * usual
-    }
-
     /// Forgets the last orientation, as the next one does not go on from it.
     pub(crate) fn pause(&mut self) {
         self.last = None;
@@ -124,8 +112,8 @@ impl Tracker {
         hypothesis: &Hypothesis,
     ) {
         let quality = &hypothesis.quality;
-        let is_noisy =
-            self.held_back.is_noisy(turn_variance(&hypothesis.normal, self.target.solid.radius));
+        let noise = turn_variance(&hypothesis.normal, self.target.solid.radius);
+        let is_noisy = noise > NOISY * NOISY * self.held_back.usual_noise.follow(noise);
         let is_doubted = self.is_plain() || self.target.relief.is_open;
         let slips = is_noisy && slip(quality, self.frame.open()) >= SLIPPERY && !is_doubted;
         let keyframes = &self.target.keyframes;
@@ -230,15 +218,6 @@ mod tests {
         for later_s in [40.0 * DT, 40.0 * DT, 30.0 * DT, 1.1 * FARTHEST_S + 30.0 * DT] {
             held_back.follow(later_s, UnitQuaternion::identity(), (false, DRIFT));
             assert!(held_back.variance() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn an_image_with_much_more_noise_than_usual_shows_little_and_is_not_usual() {
-        let mut held_back = HeldBack::default();
-        for _ in 0..40 {
-            assert!(!held_back.is_noisy(1.0) && !held_back.is_noisy(0.9 * NOISY * NOISY));
-            assert!(held_back.is_noisy(1.1 * NOISY * NOISY));
         }
     }
 }

@@ -54,10 +54,25 @@ pub(crate) struct Relief {
     given: Option<UnitQuaternion<f64>>,
     /// Usual variance of the orientation by the noise of an image, and whether the last image's was
     /// larger.
-    usual_noise: Option<f64>,
+    usual_noise: UsualNoise,
     is_noisy: bool,
     /// Images in a row that were so much larger that it may be the body that decides the orientation.
     unclear: usize,
+}
+
+/// Usual variance of the orientation by the noise of an image: a mean over images that are alike.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct UsualNoise(Option<f64>);
+
+impl UsualNoise {
+    /// Adds that of an image; returns the usual one before.
+    pub(crate) fn follow(&mut self, turn_variance: f64) -> f64 {
+        let usual = *self.0.get_or_insert(turn_variance);
+        if turn_variance < ALIKE * ALIKE * usual {
+            self.0 = Some(usual + RATE * (turn_variance - usual));
+        }
+        usual
+    }
 }
 
 impl Relief {
@@ -69,7 +84,7 @@ impl Relief {
             systematic: (0.0, 0.0),
             misfit: None,
             given: None,
-            usual_noise: None,
+            usual_noise: UsualNoise::default(),
             is_noisy: false,
             unclear: 0,
         }
@@ -123,13 +138,9 @@ impl Relief {
 
     /// Notes the variance of the orientation by the noise of an image.
     pub(crate) fn note_noise(&mut self, turn_variance: f64) {
-        let usual = *self.usual_noise.get_or_insert(turn_variance);
-        self.is_noisy = turn_variance > NOISY * NOISY * usual;
+        self.is_noisy = turn_variance > NOISY * NOISY * self.usual_noise.follow(turn_variance);
         let is_unclear = self.is_noisy && turn_variance > UNCLEAR * UNCLEAR;
         self.unclear = if is_unclear { self.unclear + 1 } else { 0 };
-        if turn_variance < ALIKE * ALIKE * usual {
-            self.usual_noise = Some(usual + RATE * (turn_variance - usual));
-        }
     }
 
     /// Returns whether the noise of the last image counts as drift: where distances come from motion,
@@ -352,5 +363,18 @@ mod tests {
             let found = keyframes.relief_variance(&camera(turned), 0.1).unwrap();
             assert!((found - least).abs() < 1e-12, "{turned} {found}");
         }
+    }
+
+    #[test]
+    fn an_image_with_much_more_noise_than_usual_is_not_usual() {
+        let mut usual = UsualNoise::default();
+        for _ in 0..40 {
+            assert_eq!(usual.follow(1.0), 1.0);
+            assert_eq!(usual.follow(1.1 * ALIKE * ALIKE), 1.0);
+        }
+        for _ in 0..200 {
+            usual.follow(1.5);
+        }
+        assert!((usual.follow(1.5) - 1.5).abs() < 1e-3);
     }
 }

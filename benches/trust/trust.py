@@ -1,10 +1,10 @@
 """Measure how reliable the tracker's own reports are.
 
 Each recording beside the repository, and each course that the tests draw, is tracked unchanged and
-made harder: every 2nd to 4th image, noise, half size, JPEG, darkness, one eye covered, and faults
-of the cameras; with a body from the first observation, and with several seeds. The head of
-`trust.tsv`, which this writes, explains the counts; the tables and the figure of the page on trust
-are generated from it. Missing recordings are skipped.
+made harder: every 2nd to 4th image, noise, half size, JPEG, darkness, lamps that change, one eye
+covered, and faults of the cameras; with a body from the first observation, and with several seeds.
+The head of `trust.tsv`, which this writes, explains the counts; the tables and the figure of the
+page on trust are generated from it. Missing recordings are skipped.
 
 Run it with: python benches/trust/trust.py [--seeds N] [--variants NAME ...] [SEQUENCE ...] A
 SEQUENCE is the beginning of a name, such as `mustard` or `drawn`; without one, all are measured.
@@ -31,7 +31,15 @@ sys.path.extend(
     for part in ("benches/track", "tests/fixtures", "tests/scenes")
 )
 
-from trust_scenes import COURSES, FULL, MESHES, PLAIN_COURSES, TOY_COURSES, write_course
+from trust_scenes import (
+    COURSES,
+    FULL,
+    LEAVING_COURSES,
+    MESHES,
+    PLAIN_COURSES,
+    TOY_COURSES,
+    write_course,
+)
 from trust_variants import VARIANTS, Variant
 from trust_verdicts import Verdicts, verdicts
 
@@ -71,7 +79,7 @@ def sequences(folder: Path) -> Iterator[tuple[str, Open]]:
         else:
             print(f"{place.name} skipped: not in shared/data beside the repository")
     toys = TOY_COURSES if MESHES.is_dir() else {}
-    for name in (*COURSES, *PLAIN_COURSES, *toys):
+    for name in (*COURSES, *PLAIN_COURSES, *LEAVING_COURSES, *toys):
         yield f"{DRAWN} {name}", lambda seed, name=name: drawn(folder, name, seed)
 
 

@@ -58,6 +58,12 @@ def sway(index: int) -> float:
     return 50.0 * float(np.sin(0.08 * index))
 
 
+def leave(index: int) -> float:
+    """Return how far to the right an object has gone that leaves twice and comes back, in mm."""
+    phase = (index - 10) % 55
+    return 25.0 * float(np.clip(min(phase, 45 - phase), 0, 20))
+
+
 @dataclass(frozen=True)
 class Toy:
     """A mesh of `MESHES` in one colour: the diagonal of its bounding box in metres, and sRGB."""
@@ -135,8 +141,8 @@ class Course:
     """What happens to an object, and to which: objects take turns from seed to seed.
 
     `way_mm` is how far its middle goes from image to image, `hidden` the share of it that a board
-    hides in the third quarter, and `turned_deg` how far it has turned about an axis that is nearly
-    upright.
+    hides in the third quarter, `turned_deg` how far it has turned about an axis that is nearly
+    upright, and `aside_mm` how far it has gone to the right of the first camera.
     """
 
     objects: tuple[str, ...]
@@ -144,6 +150,7 @@ class Course:
     way_mm: float
     hidden: float = 0.0
     turned_deg: Callable[[int], float] | None = None
+    aside_mm: Callable[[int], float] | None = None
 
     def object_of(self, seed: int) -> str:
         """Return which object a seed shows."""
@@ -176,6 +183,13 @@ class Course:
             turns = [Pose.exp([0.0, 0.0, 0.0, *(angle * axis)]) for angle in angles]
             ways = zip(made.world_from_objects, turns, strict=True)
             made.world_from_objects = tuple(way @ turn for way, turn in ways)
+        if self.aside_mm is not None:
+            right = 1e-3 * made.eyes[0].matrix()[:3, 0]
+            ways = [self.aside_mm(index) * right for index in range(self.images)]
+            poses = zip(ways, made.world_from_objects, strict=True)
+            made.world_from_objects = tuple(
+                Pose.exp([*way, 0.0, 0.0, 0.0]) @ pose for way, pose in poses
+            )
         return made
 
 
@@ -186,6 +200,11 @@ COURSES = {
     "plain": Course(PLAIN, 60, 3.0, turned_deg=sway),
 }
 PLAIN_COURSES = {"plain that turns": Course(PLAIN, 60, 3.0, turned_deg=on_and_on)}
+# An object that leaves the images for a while, and one that sways meanwhile.
+LEAVING_COURSES = {
+    "leaves": Course(PRINTED, 120, 3.0, aside_mm=leave),
+    "leaves and turns": Course(PRINTED, 120, 3.0, turned_deg=sway, aside_mm=leave),
+}
 _ALL_TOYS = tuple(f"{_TOY}{name}" for name in TOYS)
 TOY_COURSES = {
     "toys": Course(_ALL_TOYS, 60, 3.0, turned_deg=sway),
@@ -196,7 +215,7 @@ SPINS = {
     "labelled bottle": Course((LABELLED,), 100, 3.0, turned_deg=on_and_on),
 }
 # The toys only where their meshes lie beside the repository.
-ALL_COURSES = COURSES | PLAIN_COURSES | SPINS | TOY_COURSES
+ALL_COURSES = COURSES | PLAIN_COURSES | LEAVING_COURSES | SPINS | TOY_COURSES
 
 
 def write_course(folder: Path, name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path:

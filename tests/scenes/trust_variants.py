@@ -1,4 +1,4 @@
-"""Makes recordings harder, in memory and the same each time: less light, noise, covered eyes.
+"""Makes recordings harder, in memory and the same each time: other light, noise, covered eyes.
 
 `benches/trust` measures what a tracker makes of them.
 """
@@ -18,6 +18,10 @@ from servoid.sim.samples.folder import encode
 
 NOISE, LIGHT, QUALITY = 15.0, 0.4, 30  # grey levels; times; of JPEG, to 100
 STRUCK = 3  # images in a row that a fault strikes
+# In each quarter of a recording: times of light at the left and right edge of the images, and its
+# tint.
+LAMPS = ((1.0, 1.0), (1.4, 0.3), (0.35, 0.35), (0.5, 1.6))
+TINTS = ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.1, 1.0, 0.75), (0.9, 1.0, 1.1))
 
 Image = NDArray[np.uint8]
 Size = tuple[int, int]
@@ -78,6 +82,18 @@ def noisy(capture: Capture, seed: int, _folder: Path) -> Capture:
 def dark(capture: Capture, _seed: int, _folder: Path) -> Capture:
     """Take light from all images."""
     return painted(capture, lambda image, _number, _index: _levels(LIGHT * image))
+
+
+def relit(capture: Capture, _seed: int, _folder: Path) -> Capture:
+    """Switch lamps on either side on and off, from one image to the next."""
+    count = len(capture)
+
+    def paint(image: Image, _number: int, index: int) -> Image:
+        quarter = min(len(LAMPS) * index // count, len(LAMPS) - 1)
+        across = np.linspace(*LAMPS[quarter], image.shape[1])
+        return _levels(image * (across[:, None] * np.array(TINTS[quarter])))
+
+    return painted(capture, paint)
 
 
 def coarse(capture: Capture, _seed: int, _folder: Path) -> Capture:
@@ -199,6 +215,7 @@ VARIANTS = {
         Variant("half size", halved),
         Variant("JPEG", coarse),
         Variant("dark", dark),
+        Variant("lamps", relit),
         Variant("eye covered", covered, eyes=2),
         Variant("faults", faulty),
     )

@@ -1,6 +1,7 @@
 //! Finds an object again: near its last pose (locally), anywhere (globally), or from masks.
 
 mod from_masks;
+mod known_turns;
 mod relocalizer;
 
 pub use from_masks::{MaskFit, pose_from_masks, poses_from_masks};
@@ -32,24 +33,41 @@ const NEAREST: f64 = 2.5;
 const SMALLEST_PX: f64 = 24.0;
 
 impl Tracker {
-    /// Searches for the object again: near its predicted pose if it was seen recently, else
-    /// anywhere. Replaces the hypothesis if something better is found; returns the number of poses
-    /// scored.
+    /// Searches for the object again: near its predicted pose if it was seen recently, and anywhere
+    /// if that is in vain. Replaces the hypothesis if something better is found; returns the number
+    /// of poses scored.
     pub(in crate::track) fn relocalize(
         &mut self,
         observation: &Observation<'_>,
         expected: &Pose,
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
-        if self.trust.is_started() && self.trust.was_seen_lately() {
+        if self.trust.seek_nearby() {
             // It may have turned unseen, or not.
             let turned = *expected * self.unseen_turn(hypothesis);
             let is_turned = !self.trust.turn_unseen.is_multiple_of(EXPECTED_EVERY);
             let near = if is_turned { turned } else { *expected };
             self.relocalize_locally(observation, (&near, 1), hypothesis)
         } else {
-            self.relocalize_globally(observation, 1, hypothesis)
+            self.relocalize_anywhere(observation, hypothesis)
         }
+    }
+
+    /// Searches for the object in the whole images, and keeps the hypothesis that is followed unless
+    /// another one has more support in the end; returns the number of poses scored.
+    fn relocalize_anywhere(
+        &mut self,
+        observation: &Observation<'_>,
+        hypothesis: &mut Hypothesis,
+    ) -> Result<usize, TrackError> {
+        let followed = *hypothesis;
+        let evaluations = self.relocalize_globally(observation, 1, hypothesis)?;
+        let was_followed = followed.quality.share >= self.settings.trusted;
+        if was_followed && hypothesis.quality.support < followed.quality.support {
+            *hypothesis = followed;
+            self.settle(observation, hypothesis);
+        }
+        Ok(evaluations)
     }
 
     /// Searches near a hypothesis for a pose at which more is recognised, since the orientation may
@@ -122,11 +140,12 @@ impl Tracker {
         };
         let reference_area = self.target.reference.area;
         let area_at = |distance: f64| reference_area / (distance * distance);
+        let known = self.known_turns(observation);
         let mut evaluations = 0;
         for _ in 0..rounds {
             self.open_all_over(observation);
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) = self.relocalizer.global(inputs, (near, far), area_at)?;
+            let (found, scored) = self.relocalizer.global(inputs, &known, (near, far), area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);
@@ -155,6 +174,11 @@ impl Tracker {
                 break;
             }
         }
+        self.settle(observation, hypothesis);
+    }
+
+    /// Opens the windows at a hypothesis and refines it there.
+    fn settle(&mut self, observation: &Observation<'_>, hypothesis: &mut Hypothesis) {
         let pose = hypothesis.pose;
         if self.open_windows(observation, &pose, MARGIN) {
             self.points_in_view(&pose);

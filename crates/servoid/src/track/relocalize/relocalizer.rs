@@ -1,6 +1,7 @@
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt;
 
+use super::known_turns::KnownTurn;
 use crate::evolve::{self, GaError, Rng};
 use crate::pose::{Pose, even_turn};
 use crate::track::inputs::Inputs;
@@ -28,9 +29,10 @@ const GENERATIONS: usize = 8;
 /// stage.
 const COLUMNS: usize = 16;
 const DISTANCE_STEP: f64 = 0.17;
-/// Positions that are examined more closely, orientations tried at each, and poses that are kept.
+/// Positions that are examined more closely, orientations tried at each near known ones and anywhere,
+/// and poses that are kept.
 const PLACES: usize = 12;
-const TURNS: usize = 80;
+const TURNS: (usize, usize) = (40, 40);
 const KEPT: usize = 10;
 /// Least distance in radii between positions that are examined, and between poses that are kept
 /// unless their orientations differ by at least this, in radians.
@@ -66,10 +68,12 @@ impl Relocalizer {
         Ok((&self.best, evaluations))
     }
 
-    /// Searches for the object in the whole images, at distances from near to far.
+    /// Searches for the object in the whole images, at distances from near to far: half of the
+    /// orientations that are tried are near those at which it was seen before.
     pub(crate) fn global(
         &mut self,
         inputs: Inputs<'_>,
+        known: &[KnownTurn],
         (near, far): (f64, f64),
         area_at: impl Fn(f64) -> f64,
     ) -> Result<(&[Found], usize), GaError> {
@@ -80,13 +84,15 @@ impl Relocalizer {
         let area = area_at((near * far).sqrt());
         let scorer = Scorer { inputs, probes: Probes::Facing(&self.around), area };
         let bare = Scorer { probes: Probes::Facing(&[]), ..scorer };
-        let mut evaluations = places(&bare, (near, far), &mut rng, &mut self.ranked);
+        let mut evaluations = places(&bare, known, (near, far), &mut rng, &mut self.ranked);
         keep(&mut self.ranked, PLACES, |one, other| one.apart(other) > PLACES_APART * radius);
         self.best.clear();
+        let eye = first_eye(&inputs);
         for place in &self.ranked {
-            for _ in 0..TURNS {
-                let turn = even_turn(rng.random(), rng.random(), rng.random());
-                let pose = Pose::from_rotation(turn, place.pose.translation());
+            let position = place.pose.translation();
+            for at in 0..TURNS.0 + TURNS.1 {
+                let known = if at < TURNS.0 { known } else { &[] };
+                let pose = Pose::from_rotation(turn(known, &(position - eye), &mut rng), position);
                 self.best.push(Found { pose, score: scorer.score(&pose), evaluations: 1 });
             }
         }
@@ -115,9 +121,25 @@ impl Relocalizer {
     }
 }
 
-/// Scores the body, in random orientations, at positions all over the first open camera's image.
+/// Returns where the first open camera is.
+fn first_eye(inputs: &Inputs<'_>) -> Vector3<f64> {
+    let open = inputs.windows.iter().find_map(|window| window.rays(COLUMNS));
+    open.map_or_else(Vector3::zeros, |(eye, _)| eye)
+}
+
+/// Draws an orientation of an object seen along a way: near a known one or, without any, anywhere.
+fn turn(known: &[KnownTurn], way: &Vector3<f64>, rng: &mut Rng) -> UnitQuaternion<f64> {
+    if known.is_empty() {
+        return even_turn(rng.random(), rng.random(), rng.random());
+    }
+    known[rng.random_range(0..known.len())].near(way, rng)
+}
+
+/// Scores the body, in a known orientation and any other, at positions all over the first open
+/// camera's image.
 fn places(
     scorer: &Scorer<'_>,
+    known: &[KnownTurn],
     (near, far): (f64, f64),
     rng: &mut Rng,
     out: &mut Vec<Found>,
@@ -131,9 +153,8 @@ fn places(
             let share = (step as f64 + 0.5) / steps as f64;
             let distance = near * libm::pow(far / near, share);
             let place: Vector3<f64> = eye + ray * distance;
-            for _ in 0..2 {
-                let turn = even_turn(rng.random(), rng.random(), rng.random());
-                let pose = Pose::from_rotation(turn, place);
+            for known in [known, &[]] {
+                let pose = Pose::from_rotation(turn(known, &ray, rng), place);
                 out.push(Found { pose, score: scorer.score(&pose), evaluations: 1 });
             }
         }

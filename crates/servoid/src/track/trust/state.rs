@@ -32,6 +32,9 @@ const UNRELIABLE: usize = 5;
 const LATELY: f64 = 0.3;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
+/// Images in which the object is sought near its predicted pose, before every other one is searched
+/// as a whole.
+const NEARBY: usize = 3;
 
 /// How far an object that is followed is trusted to be there, by the images so far.
 #[derive(Debug, Clone, Default)]
@@ -58,6 +61,8 @@ pub(in crate::track) struct Trust {
     pub(in crate::track) is_oriented: bool,
     /// Clear images in a row in which the orientation was not reliable.
     unreliable: usize,
+    /// Images in a row in which it was sought, as it was missed or not proved to be the lost one.
+    sought: usize,
     /// Images since the orientation was last known well.
     pub(in crate::track) adrift: usize,
     /// Images since as much of it as usual was seen.
@@ -144,6 +149,18 @@ impl Trust {
         let textured = (part * reference.textured).max(many);
         self.proved |= quality.share >= share && quality.textured >= textured;
         self.confirmed |= self.proved;
+        if self.proved {
+            self.sought = 0;
+        }
+    }
+
+    /// Counts an image in which the object is sought; returns whether it is sought near its
+    /// predicted pose: not where it was not seen for long, nor in every other image if it was sought
+    /// there in vain.
+    pub(in crate::track) fn seek_nearby(&mut self) -> bool {
+        self.sought += 1;
+        let is_vain = self.sought > NEARBY && !self.sought.is_multiple_of(2);
+        self.started && self.was_seen_lately() && !is_vain
     }
 
     /// Returns the standard deviation of the orientation's drift up to which it is reported, in
@@ -213,6 +230,26 @@ mod tests {
             later.accept(&quality, &reference, true, 0.0);
             assert!(!later.is_continuous());
         }
+    }
+
+    #[test]
+    fn an_object_that_is_sought_nearby_in_vain_is_sought_anywhere_until_it_is_proved() {
+        let mut trust = Trust::given(true);
+        let nearby = |trust: &mut Trust| [(); 9].map(|()| trust.seek_nearby());
+        let alternating = [true, true, true, true, false, true, false, true, false];
+        assert_eq!(nearby(&mut trust), alternating);
+        let found = Hypothesis::nothing(Pose::identity(), 0.05).quality;
+        trust.proved = false;
+        trust.accept(&found, &Reference { recognised: 1.0, ..Reference::default() }, false, 0.0);
+        assert!(nearby(&mut trust).contains(&false), "it may not be the lost one");
+        trust.proved = true;
+        trust.accept(&found, &Reference::default(), true, 0.0);
+        assert_eq!(nearby(&mut trust), alternating);
+        for _ in 0..=LOST_AFTER {
+            trust.miss();
+        }
+        assert!(!nearby(&mut trust).contains(&true), "lost");
+        assert!(!nearby(&mut Trust::unstarted()).contains(&true), "never seen");
     }
 
     #[test]

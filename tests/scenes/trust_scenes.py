@@ -1,4 +1,6 @@
-"""Draws what leads a tracker to be wrongly sure: turns, a board, leaps, and objects without print.
+"""Draws what leads a tracker to be wrongly sure, or to lose an object.
+
+That is turns, a board, leaps, a way out of the images, and objects without print.
 
 A course is drawn as a capture with its truth, as the research recordings are laid out: a stereo
 pair, a mask in the first left image only, `truth/left_from_object.csv` and `truth/mesh.obj`.
@@ -200,7 +202,7 @@ COURSES = {
     "plain": Course(PLAIN, 60, 3.0, turned_deg=sway),
 }
 PLAIN_COURSES = {"plain that turns": Course(PLAIN, 60, 3.0, turned_deg=on_and_on)}
-# An object that leaves the images for a while, and one that sways meanwhile.
+# An object that leaves the images twice and comes back, and one that sways meanwhile.
 LEAVING_COURSES = {
     "leaves": Course(PRINTED, 120, 3.0, aside_mm=leave),
     "leaves and turns": Course(PRINTED, 120, 3.0, turned_deg=sway, aside_mm=leave),

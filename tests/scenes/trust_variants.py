@@ -85,7 +85,7 @@ def dark(capture: Capture, _seed: int, _folder: Path) -> Capture:
 
 
 def relit(capture: Capture, _seed: int, _folder: Path) -> Capture:
-    """Switch lamps on either side on and off, from one image to the next."""
+    """Switch lamps on either side on and off, after each quarter of the images."""
     count = len(capture)
 
     def paint(image: Image, _number: int, index: int) -> Image:

@@ -54,7 +54,7 @@ impl Tracker {
     }
 
     /// Searches for the object in the whole images, and keeps the hypothesis that is followed unless
-    /// another one has more support in the end; returns the number of poses scored.
+    /// another one can be followed and has more support; returns the number of poses scored.
     fn relocalize_anywhere(
         &mut self,
         observation: &Observation<'_>,
@@ -62,8 +62,10 @@ impl Tracker {
     ) -> Result<usize, TrackError> {
         let followed = *hypothesis;
         let evaluations = self.relocalize_globally(observation, 1, hypothesis)?;
-        let was_followed = followed.quality.share >= self.settings.trusted;
-        if was_followed && hypothesis.quality.support < followed.quality.support {
+        let can_follow = |one: &Hypothesis| one.quality.share >= self.settings.trusted;
+        let is_better =
+            can_follow(hypothesis) && hypothesis.quality.support >= followed.quality.support;
+        if can_follow(&followed) && !is_better {
             *hypothesis = followed;
             self.settle(observation, hypothesis);
         }

@@ -1,9 +1,8 @@
-use nalgebra::{UnitQuaternion, Vector3};
-use rand::RngExt;
+use nalgebra::Vector3;
 
-use super::known_turns::KnownTurn;
+use super::known_turns::{KnownTurns, draw_any};
 use crate::evolve::{self, GaError, Rng};
-use crate::pose::{Pose, even_turn};
+use crate::pose::Pose;
 use crate::track::inputs::Inputs;
 use crate::track::pose::search::{Deviation, Found, Probes, Scorer, Search};
 
@@ -73,7 +72,7 @@ impl Relocalizer {
     pub(crate) fn global(
         &mut self,
         inputs: Inputs<'_>,
-        known: &[KnownTurn],
+        known: &KnownTurns,
         (near, far): (f64, f64),
         area_at: impl Fn(f64) -> f64,
     ) -> Result<(&[Found], usize), GaError> {
@@ -87,12 +86,13 @@ impl Relocalizer {
         let mut evaluations = places(&bare, known, (near, far), &mut rng, &mut self.ranked);
         keep(&mut self.ranked, PLACES, |one, other| one.apart(other) > PLACES_APART * radius);
         self.best.clear();
-        let eye = first_eye(&inputs);
         for place in &self.ranked {
             let position = place.pose.translation();
             for at in 0..TURNS.0 + TURNS.1 {
-                let known = if at < TURNS.0 { known } else { &[] };
-                let pose = Pose::from_rotation(turn(known, &(position - eye), &mut rng), position);
+                let is_known = at < TURNS.0;
+                let turn =
+                    if is_known { known.draw_at(&position, &mut rng) } else { draw_any(&mut rng) };
+                let pose = Pose::from_rotation(turn, position);
                 self.best.push(Found { pose, score: scorer.score(&pose), evaluations: 1 });
             }
         }
@@ -121,25 +121,11 @@ impl Relocalizer {
     }
 }
 
-/// Returns where the first open camera is.
-fn first_eye(inputs: &Inputs<'_>) -> Vector3<f64> {
-    let open = inputs.windows.iter().find_map(|window| window.rays(COLUMNS));
-    open.map_or_else(Vector3::zeros, |(eye, _)| eye)
-}
-
-/// Draws an orientation of an object seen along a way: near a known one or, without any, anywhere.
-fn turn(known: &[KnownTurn], way: &Vector3<f64>, rng: &mut Rng) -> UnitQuaternion<f64> {
-    if known.is_empty() {
-        return even_turn(rng.random(), rng.random(), rng.random());
-    }
-    known[rng.random_range(0..known.len())].near(way, rng)
-}
-
 /// Scores the body, in a known orientation and any other, at positions all over the first open
 /// camera's image.
 fn places(
     scorer: &Scorer<'_>,
-    known: &[KnownTurn],
+    known: &KnownTurns,
     (near, far): (f64, f64),
     rng: &mut Rng,
     out: &mut Vec<Found>,
@@ -153,8 +139,8 @@ fn places(
             let share = (step as f64 + 0.5) / steps as f64;
             let distance = near * libm::pow(far / near, share);
             let place: Vector3<f64> = eye + ray * distance;
-            for known in [known, &[]] {
-                let pose = Pose::from_rotation(turn(known, &ray, rng), place);
+            for turn in [known.draw_at(&place, rng), draw_any(rng)] {
+                let pose = Pose::from_rotation(turn, place);
                 out.push(Found { pose, score: scorer.score(&pose), evaluations: 1 });
             }
         }

@@ -42,7 +42,7 @@ impl Tracker {
         expected: &Pose,
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
-        if self.trust.seek_nearby() {
+        if self.trust.seek_nearby(self.target.points.are_guessed()) {
             // It may have turned unseen, or not.
             let turned = *expected * self.unseen_turn(hypothesis);
             let is_turned = !self.trust.turn_unseen.is_multiple_of(EXPECTED_EVERY);

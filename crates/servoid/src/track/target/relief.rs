@@ -210,6 +210,12 @@ impl Points {
         2 * seen.clone().filter(from_body).count() > seen.count()
     }
 
+    /// Returns whether the distances of most points came from the body alone.
+    pub(crate) fn are_guessed(&self) -> bool {
+        let guessed = self.features.iter().filter(|one| one.is_from_body).count();
+        2 * guessed > self.features.len()
+    }
+
     /// From now on estimates the guessed distances from motion alone.
     pub(crate) fn open(&mut self, radius: f64) {
         let variance = (GUESS.1 * radius).powi(2);

@@ -88,7 +88,7 @@ mod tests {
     fn a_camera_sees_the_same_side_wherever_the_object_appears() {
         let mut rng = evolve::rng(0, 0);
         for _ in 0..100 {
-            let turn = even_turn(rng.random(), rng.random(), rng.random());
+            let turn = draw_any(&mut rng);
             let mut way = || {
                 let mut any = || rng.random_range(-1.0..1.0);
                 Vector3::new(any(), any(), 1.0)

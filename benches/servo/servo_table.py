@@ -1,4 +1,4 @@
-"""Servo to objects that shift and turn, and through faults, over many seeds: docs/howto/servo.md.
+"""Servo to objects that shift and turn, and through faults, over many seeds: docs/servoing.md.
 
 `turning`: printed objects on paths of their own, at two sizes of images, in ideal worlds and in
 laboratories. `plain`: turning objects without print. `faults`: a leap with and without a turn, a

@@ -25,6 +25,7 @@ LEAST = 20  # least number of images for a step of the confidence to be drawn
 TITLES = ("images", "tracked", "right", "wrong, median", "wrong, worst", "in a row")
 FURTHER = ("lost", "found", "after", "ADD mm", "position", "rotation", "both")
 PARTS = ("position", "rotation", "both")
+NOTHING = "–"  # a hyphen would be a list of Markdown
 
 
 def write_pages(rows: Sequence[Row]) -> None:
@@ -59,7 +60,7 @@ def table(title: str, rows: dict[str, Row]) -> str:
     for name, row in rows.items():
         shares = (row.tracked_percent, row.right_percent)
         shares = (*shares, float(np.median(row.wrong_percent)), max(row.wrong_percent))
-        after = f"{np.median(row.found):.0f}" if row.found else "-"
+        after = f"{np.median(row.found):.0f}" if row.found else NOTHING
         lines.append(
             (
                 *(name, str(sum(row.images)), *(f"{one:.1f}" for one in shares)),
@@ -72,7 +73,7 @@ def table(title: str, rows: dict[str, Row]) -> str:
 
 def shown(number: float, digits: int) -> str:
     """Format a number, or a dash if there is none."""
-    return "-" if np.isnan(number) else f"{number:.{digits}f}"
+    return NOTHING if np.isnan(number) else f"{number:.{digits}f}"
 
 
 def picture(whole: Row, rows: dict[str, Row]) -> bytes:

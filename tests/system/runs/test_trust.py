@@ -25,7 +25,7 @@ from scenes_trust import (
 )
 from scipy.stats import chi2
 from tiers import tiered
-from trust_scenes import COURSES, FULL, MESHES, SMALL, write_course
+from trust_scenes import COURSES, FULL, LEAVING_COURSES, MESHES, SMALL, write_course
 from trust_variants import VARIANTS
 from trust_verdicts import Verdicts, stretches, verdicts
 
@@ -119,6 +119,24 @@ def test_an_object_that_left_the_images_is_found_as_soon_as_it_is_back(
     found = tracked("leaves", how, seed)
     right = dict(zip(found.index.tolist(), (~found.wrong).tolist(), strict=True))
     assert all(right[index] for index in (*range(48, 65), *range(103, 120)))
+    assert not found.trusted_wrong.any()
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize(("seed", "size_px"), [(5, SMALL), (4, FULL)])
+def test_an_object_that_comes_back_in_other_light_is_found_by_pictures_of_its_sides(
+    seed: int, size_px: tuple[int, int], course: Draw, tmp_path: Path
+) -> None:
+    # By colours alone it was not found, with both seeds, in any of the last 17 images.
+    capture = open_capture(course("leaves", seed, size_px))
+    lamps = VARIANTS["lamps"].change(capture, seed, tmp_path)
+    tracked = track_capture(lamps, None, Request(seed=seed))[0].tracked
+    truth, vertices = (
+        true_poses(course("leaves", seed, size_px)),
+        LEAVING_COURSES["leaves"].vertices(seed),
+    )
+    found = verdicts(tracked, truth, vertices)
+    assert not found.wrong[found.index >= 110].any()
     assert not found.trusted_wrong.any()
 
 

@@ -25,6 +25,12 @@ impl Plane {
         self.size_px
     }
 
+    /// Returns a row of pixels; none of a row that is not there.
+    #[must_use]
+    pub fn row(&self, v: usize) -> &[f32] {
+        self.data.get(v * self.size_px[0]..(v + 1) * self.size_px[0]).unwrap_or_default()
+    }
+
     /// Returns whether a position lies between four pixels of the plane.
     #[inline]
     #[must_use]

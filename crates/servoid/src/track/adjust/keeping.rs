@@ -8,6 +8,7 @@ use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::target::Target;
 use crate::track::target::keyframes::{KeyframePose, object_from_camera};
 use crate::track::target::points::{LEAST_KNOWN, Match};
+use crate::track::target::thumbnail::Thumbnail;
 use crate::track::tracker::Tracker;
 
 /// Standard deviation of the orientation above which known views are kept, too, in radians.
@@ -61,6 +62,7 @@ impl Tracker {
             object_from_camera,
             cameras: self.frame.windows.iter().map(world).collect(),
             looks: self.looks(observation, hypothesis),
+            thumbnail: self.thumbnail(&hypothesis.pose),
         };
         let seen = (&self.target.points, &*self.workspace.matches);
         let clear = (&*self.frame.windows, &self.workspace.occlusion);
@@ -72,6 +74,11 @@ impl Tracker {
         }
         self.begin_adjusting(if guesses { 1 } else { DELAY });
         self.begin_outlining();
+    }
+
+    /// Takes the first camera's picture of the object.
+    fn thumbnail(&self, pose: &Pose) -> Option<Thumbnail> {
+        Thumbnail::take(self.frame.windows.first()?, &self.target.solid, pose)
     }
 
     /// Returns whether the distances of most recognised points are still guesses.

@@ -249,8 +249,8 @@ mod tests {
     fn keyframe_pose(turned: f64) -> KeyframePose {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
         let object_from_camera = world_from_object.inverse().rotation();
-        let (cameras, looks) = (vec![None], vec![None]);
-        KeyframePose { world_from_object, object_from_camera, cameras, looks }
+        let (cameras, looks, thumbnail) = (vec![None], vec![None], None);
+        KeyframePose { world_from_object, object_from_camera, cameras, looks, thumbnail }
     }
 
     #[test]

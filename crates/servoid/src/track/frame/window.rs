@@ -96,7 +96,12 @@ impl Window {
 
     /// Returns whether a patch of the surface has the contrast of a pattern.
     pub(crate) fn shows_texture(&self, found: &Agreement) -> bool {
-        found.contrast >= libm::hypot(TEXTURED * self.light, self.noise)
+        found.contrast >= self.least_contrast()
+    }
+
+    /// Returns the least contrast of a pattern with noise, in grey levels.
+    pub(crate) fn least_contrast(&self) -> f64 {
+        libm::hypot(TEXTURED * self.light, self.noise)
     }
 
     /// Returns the noise as a share of the least contrast of a pattern.
@@ -170,6 +175,13 @@ impl Window {
             (inverse * Vector3::new(u, v, 1.0)).normalize()
         });
         Some((eye, rays))
+    }
+
+    /// Returns the point that the camera sees at a pixel, at a distance from it.
+    pub(crate) fn point(&self, px: &Vector2<f64>, distance: f64) -> Option<Vector3<f64>> {
+        let projection = self.from_world?;
+        let ray = projection.linear.try_inverse()? * px.push(1.0);
+        Some(projection.eye()? + ray.normalize() * distance)
     }
 
     /// Returns the sum of the scores inside the body's outline at a pose, and the pixels inside.

@@ -53,6 +53,9 @@ const JITTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
 pub(crate) const UNMEASURED: f64 = 0.03;
 /// Contribution of an object that is proved to be the lost one, or was never lost.
 const PROVED: f64 = 2.15;
+/// The share up to which a pose that is found again, and not proved yet, is as good as none, and
+/// that from which on it counts as much as its evidence says. Other poses have much of it, too.
+const FOUND: (f64, f64) = (0.58, 0.9);
 /// Log-odds of a pose whose orientation the outline of a known shape shows: of 440 poses of drawn
 /// objects all were right.
 const OUTLINED: f64 = 3.5;
@@ -88,7 +91,13 @@ impl Evidence {
             + spread(self.turn_rad, TURN)
             + spread(self.jitter_rad, JITTER);
         let odds = if self.by_outline { odds.max(OUTLINED) } else { odds };
-        self.on_course() / (1.0 + libm::exp(-odds))
+        self.is_it() * self.on_course() / (1.0 + libm::exp(-odds))
+    }
+
+    /// Returns the probability that the object is the one that was lost, and no other pose of it.
+    fn is_it(&self) -> f64 {
+        let (none, all) = FOUND;
+        if self.proved { 1.0 } else { ((self.share - none) / (all - none)).clamp(UNSEEN, 1.0) }
     }
 
     /// Returns whether the orientation drifted by no more than a standard deviation, judged by the
@@ -176,6 +185,18 @@ mod tests {
             prop_assert!(!one.drifts_little(most) || one.drift_rad <= most);
             let unprinted = Evidence { textured: 0.0, reference_textured: 0.0, ..one };
             prop_assert_eq!(unprinted.drifts_little(most), one.drift_rad <= most);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_pose_found_again_that_is_not_proved_is_no_more_likely_than_what_is_seen_of_it(
+            one in evidence(),
+        ) {
+            let found = Evidence { proved: false, ..one };
+            let (none, all) = FOUND;
+            let most = (found.share - none) / (all - none);
+            prop_assert!(found.probability() <= most.max(UNSEEN));
         }
     }
 

@@ -39,6 +39,12 @@ impl KnownTurn {
 }
 
 impl KnownTurns {
+    /// Returns the orientation of an object at a position where the first camera sees it as in a
+    /// keyframe, by its place among them.
+    pub(super) fn turn_at(&self, keyframe: usize, position: &Vector3<f64>) -> UnitQuaternion<f64> {
+        self.all[keyframe].seen_along(&(position - self.eye))
+    }
+
     /// Draws an orientation of an object at a position: near a known one or, if none is known, any.
     pub(super) fn draw_at(&self, position: &Vector3<f64>, rng: &mut Rng) -> UnitQuaternion<f64> {
         if self.all.is_empty() {

@@ -3,6 +3,7 @@
 mod from_masks;
 mod known_turns;
 mod relocalizer;
+mod spotted;
 
 pub use from_masks::{MaskFit, pose_from_masks, poses_from_masks};
 pub(super) use relocalizer::Relocalizer;
@@ -146,8 +147,10 @@ impl Tracker {
         let mut evaluations = 0;
         for _ in 0..rounds {
             self.open_all_over(observation);
+            let spotted = self.spotted(&known, (near, far));
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) = self.relocalizer.global(inputs, &known, (near, far), area_at)?;
+            let places = (&*spotted, (near, far));
+            let (found, scored) = self.relocalizer.global(inputs, &known, places, area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);

@@ -45,6 +45,12 @@ impl Relocalizer {
         Self { seed, round: 0, around: Vec::new(), ranked: Vec::new(), best: Vec::new() }
     }
 
+    /// Returns random numbers that are not used elsewhere.
+    pub(super) fn next_rng(&mut self) -> Rng {
+        self.round += 1;
+        evolve::rng(self.seed, self.round)
+    }
+
     /// Evolves populations about a pose; returns the best of each, and the number of poses scored.
     pub(crate) fn local(
         &mut self,
@@ -68,17 +74,17 @@ impl Relocalizer {
     }
 
     /// Searches for the object in the whole images, at distances from near to far: half of the
-    /// orientations that are tried are near those at which it was seen before.
+    /// orientations that are tried are near those at which it was seen before. The poses at which
+    /// it was spotted are tried in any case.
     pub(crate) fn global(
         &mut self,
         inputs: Inputs<'_>,
         known: &KnownTurns,
-        (near, far): (f64, f64),
+        (spotted, (near, far)): (&[Found], (f64, f64)),
         area_at: impl Fn(f64) -> f64,
     ) -> Result<(&[Found], usize), GaError> {
         self.spread_probes(&inputs);
-        self.round += 1;
-        let mut rng = evolve::rng(self.seed, self.round);
+        let mut rng = self.next_rng();
         let radius = inputs.solid.radius;
         let area = area_at((near * far).sqrt());
         let scorer = Scorer { inputs, probes: Probes::Facing(&self.around), area };
@@ -97,10 +103,11 @@ impl Relocalizer {
             }
         }
         evaluations += self.best.len();
-        keep(&mut self.best, KEPT, |one, other| {
+        keep(&mut self.best, KEPT - spotted.len().min(KEPT), |one, other| {
             let turn = (one.rotation().inverse() * other.rotation()).angle();
             one.apart(other) > POSES_APART.0 * radius || turn > POSES_APART.1
         });
+        self.best.extend_from_slice(spotted);
         let search_range = (NEAR.0 * radius, NEAR.1);
         for found in &mut self.best {
             self.round += 1;
@@ -149,7 +156,7 @@ fn places(
 }
 
 /// Keeps the best poses, each different enough from the better ones.
-fn keep(all: &mut Vec<Found>, most: usize, differ: impl Fn(&Pose, &Pose) -> bool) {
+pub(super) fn keep(all: &mut Vec<Found>, most: usize, differ: impl Fn(&Pose, &Pose) -> bool) {
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut kept = 0;
     for at in 0..all.len() {

@@ -3,6 +3,7 @@ use nalgebra::UnitQuaternion;
 use super::look::Look;
 use super::points::{Match, Points, bridged};
 use super::sighting::Sighting;
+use super::thumbnail::Thumbnail;
 use crate::camera::Observation;
 use crate::pose::{Pose, Twist};
 use crate::shape::Projection;
@@ -32,6 +33,8 @@ pub(crate) struct Keyframe {
     pub(crate) sightings: Vec<Sighting>,
     /// Where each camera saw the object's boundary, if all of it was seen.
     pub(crate) looks: Vec<Option<Look>>,
+    /// What the first camera saw, if that shows a pattern.
+    pub(crate) thumbnail: Option<Thumbnail>,
     pub(crate) object_from_camera: UnitQuaternion<f64>,
 }
 
@@ -42,6 +45,7 @@ pub(crate) struct KeyframePose {
     pub(crate) object_from_camera: UnitQuaternion<f64>,
     pub(crate) cameras: Vec<Option<Projection>>,
     pub(crate) looks: Vec<Option<Look>>,
+    pub(crate) thumbnail: Option<Thumbnail>,
 }
 
 /// A keyframe that was dropped: it moves with the last one before it.
@@ -158,7 +162,8 @@ impl Keyframes {
         (windows, occlusion): (&[Window], &Occlusion),
         ((drift, held_back), is_given, guesses): ((f64, f64), bool, bool),
     ) -> Option<Keyframe> {
-        let KeyframePose { world_from_object, object_from_camera, cameras, looks } = keyframe_pose;
+        let KeyframePose { world_from_object, object_from_camera, cameras, looks, thumbnail } =
+            keyframe_pose;
         let last = self.around(&object_from_camera).filter(|_| self.followed);
         let step =
             last.map(|last| (last.number, last.world_from_object.inverse() * world_from_object));
@@ -180,6 +185,7 @@ impl Keyframes {
             cameras,
             sightings,
             looks,
+            thumbnail,
             object_from_camera,
         });
         self.next += 1;
@@ -314,8 +320,9 @@ pub(crate) mod tests {
     pub(crate) fn keep(keyframes: &mut Keyframes, turned: f64) -> Option<Keyframe> {
         let world_from_object = Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
         let object_from_camera = world_from_object.inverse().rotation();
-        let (cameras, looks) = (Vec::new(), Vec::new());
-        let keyframe_pose = KeyframePose { world_from_object, object_from_camera, cameras, looks };
+        let (cameras, looks, thumbnail) = (Vec::new(), Vec::new(), None);
+        let keyframe_pose =
+            KeyframePose { world_from_object, object_from_camera, cameras, looks, thumbnail };
         let nothing = (&Points::default(), &[][..]);
         keyframes.keep(
             keyframe_pose,

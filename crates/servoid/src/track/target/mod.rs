@@ -15,6 +15,7 @@ pub(super) mod shift;
 pub(super) mod sides;
 pub(super) mod sighting;
 pub(super) mod solid;
+pub(super) mod thumbnail;
 mod turn_drift;
 
 use self::bias::Bias;

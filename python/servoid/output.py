@@ -5,7 +5,7 @@ import os
 import secrets
 import stat
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Set
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -95,13 +95,13 @@ def written_beside(path: Path) -> Iterator[Path]:
 class FolderKind:
     """A kind of folder that servoid writes as a whole, and may replace by another of its kind.
 
-    `what` names it, such as `a sample`; its capture.toml begins with `mark`; its top level holds
-    nothing but `names`.
+    `what` names it, such as `a sample`; its capture.toml begins with `mark`; `own` returns the
+    paths below such a folder, with `/`, that writing it may have left there, folders too.
     """
 
     what: str
     mark: str
-    names: frozenset[str]
+    own: Callable[[Path], Set[str]]
 
 
 def write_folder(directory: Path, fill: Callable[[Path], None], kind: FolderKind) -> None:
@@ -141,17 +141,24 @@ def check_replaceable(directory: Path, kind: FolderKind) -> None:
         return
     if not directory.is_dir():
         raise OutputError(f"cannot write {kind.what} into {directory}: it is a file; name a folder")
-    names = {path.name for path in directory.iterdir()}
-    if names and not (_is_of(directory, kind) and names <= kind.names):
+    found = {path.relative_to(directory).as_posix() for path in directory.rglob("*")}
+    foreign = found - kind.own(directory) if _is_of(directory, kind) else found
+    if foreign:
         raise OutputError(
-            f"cannot write {kind.what} into {directory}: the folder holds other files; name a "
-            "folder that is empty or does not exist yet"
+            f"cannot write {kind.what} into {directory}: the folder holds other files, such as "
+            f"{_first_file(directory, foreign)}, and would be replaced as a whole; move them, or "
+            "name a folder that is empty or does not exist yet"
         )
 
 
 def _is_of(directory: Path, kind: FolderKind) -> bool:
     capture = directory / "capture.toml"
     return capture.is_file() and capture.read_bytes().startswith(kind.mark.encode())
+
+
+def _first_file(directory: Path, found: Set[str]) -> str:
+    """Return the first of these paths below a folder, of a file if there is one."""
+    return min(found, key=lambda path: ((directory / path).is_dir(), path))
 
 
 def check_file(path: Path) -> None:

@@ -14,9 +14,6 @@ MARK = "# servoid's own scan"
 IMAGES, MASKS = "images", "masks"
 REPORT, FIGURES = "report.html", "scan.json"
 CAMERA = "camera"
-FOLDER = FolderKind(
-    "a scan", MARK, frozenset({"capture.toml", "poses.csv", IMAGES, MASKS, REPORT, FIGURES})
-)
 
 _CAPTURE = """{mark}: {found} of {keys} images have a pose
 version = 1
@@ -34,6 +31,46 @@ distortion = [{k:.8g}, 0.0, 0.0, 0.0]
 poses = "poses.csv"            # world_from_rig; the world is where the first image was taken
 """
 _NO_SCALE = "metric = false  # lengths are in units of the median distance to what is seen\n"
+
+
+class _Image(msgspec.Struct):
+    name: str
+
+
+class _Named(msgspec.Struct):
+    """What scan.json says of its images."""
+
+    by_image: list[_Image]
+
+
+def _own(directory: Path) -> set[str]:
+    """Return the paths that writing the scan in a folder left there: its images are in scan.json.
+
+    Of two images of one name, somebody added one.
+    """
+    own = {"capture.toml", "poses.csv", REPORT, FIGURES, IMAGES, MASKS}
+    names = _names(directory / FIGURES)
+    images = [path.name for path in (directory / IMAGES).glob("*")]
+    stems = [Path(file).stem for file in images]
+    own |= {
+        f"{IMAGES}/{file}"
+        for file, stem in zip(images, stems, strict=True)
+        if stem in names and stems.count(stem) == 1
+    }
+    if f'"{MASKS}/*.png"' in (directory / "capture.toml").read_text(encoding="utf-8"):
+        own |= {f"{MASKS}/{name}.png" for name in names}
+    return own
+
+
+def _names(figures: Path) -> set[str]:
+    """Return the names of the images that have a pose; none if scan.json does not tell."""
+    try:
+        return {one.name for one in msgspec.json.decode(figures.read_bytes(), type=_Named).by_image}
+    except (OSError, msgspec.MsgspecError):
+        return set()
+
+
+FOLDER = FolderKind("a scan", MARK, _own)
 
 
 def write_capture(

@@ -1,6 +1,7 @@
 """Scans of drawn rooms: poses, focal length and scale come back, and what cannot be is refused."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +24,10 @@ from rooms_to_scan import (
 
 from servoid.capture import open_capture
 from servoid.errors import OutputError, ScanError
+from servoid.output import check_replaceable
 from servoid.pose import Pose
 from servoid.scan import Request, Scan, parse_baseline, parse_board, parse_length, scan
+from servoid.scan.writing import FOLDER
 
 WALK = around(10, 60.0)
 TRUE_PLACES = np.array([pose[:3, 3] for pose in WALK])
@@ -202,3 +205,22 @@ def test_nothing_but_a_scan_is_replaced(tmp_path: Path, photos: Path) -> None:
     with pytest.raises(OutputError, match="holds other files"):
         scan(photos, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_scan_to_which_files_were_added_is_not_replaced(
+    scanned: Scan, photos: Path, tmp_path: Path
+) -> None:
+    copied = tmp_path / "room"
+    shutil.copytree(scanned.path, copied)
+    check_replaceable(copied, FOLDER)
+    for name in ("images/zz_mine.jpg", "images/p001.png", "masks/p001.png", "images/own/a.txt"):
+        added = copied / name
+        added.parent.mkdir(exist_ok=True)
+        added.write_bytes(b"mine")
+        with pytest.raises(OutputError, match=r"such as (images|masks)/"):
+            scan(photos, copied)
+        assert added.read_bytes() == b"mine"
+        added.unlink()
+        if added.parent.name == "own":
+            added.parent.rmdir()
+    check_replaceable(copied, FOLDER)

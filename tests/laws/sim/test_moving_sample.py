@@ -136,6 +136,19 @@ def test_a_sample_takes_the_place_of_a_sample_and_of_nothing_else(tmp_path: Path
     assert (tmp_path / "a" / "letters.txt").read_text() == "mine"
 
 
+@pytest.mark.parametrize("name", ["poses.csv", "left/000001.jpg", "masks/000001.png", "truth/a"])
+def test_a_recording_to_which_a_file_was_added_is_refused_by_the_name_of_the_file(
+    tmp_path: Path, name: str
+) -> None:
+    single = Scenario(count=1, size="small", one_camera=True)
+    folder = write_moving_sample(tmp_path / "a", single)
+    write_moving_sample(folder, single)
+    (folder / name).write_bytes(b"mine")
+    with pytest.raises(OutputError, match=f"other files, such as {name}, "):
+        write_moving_sample(folder, single)
+    assert (folder / name).read_bytes() == b"mine"
+
+
 def test_a_recording_that_breaks_off_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -166,7 +166,7 @@ def test_progress_counts_every_view(tmp_path: Path) -> None:
 
 def test_a_folder_that_holds_something_else_is_refused_and_left_alone(tmp_path: Path) -> None:
     (tmp_path / "letters.txt").write_text("mine")
-    with pytest.raises(OutputError, match="holds other files; name a folder that is empty"):
+    with pytest.raises(OutputError, match=r"such as letters\.txt, .* name a folder that is empty"):
         write_sample(tmp_path, views=1, size_px=(40, 30))
     assert [path.name for path in tmp_path.iterdir()] == ["letters.txt"]
 
@@ -189,6 +189,21 @@ def test_an_earlier_sample_is_replaced(tmp_path: Path) -> None:
         write_sample(tmp_path / "a", views=views, size_px=(40, 30))
     assert [path.name for path in (tmp_path / "a" / "images").iterdir()] == ["0000.jpg"]
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+@pytest.mark.parametrize(
+    "name", ["images/zz_mine.jpg", "images/0001.jpg", "masks/hand_made.png", "masks/a/b.txt", "my"]
+)
+def test_a_sample_to_which_a_file_was_added_is_refused_by_the_name_of_the_file(
+    tmp_path: Path, name: str
+) -> None:
+    sample_folder = write_sample(tmp_path / "a", views=1, size_px=(40, 30))
+    added = sample_folder / name
+    added.parent.mkdir(exist_ok=True)
+    added.write_bytes(b"mine")
+    with pytest.raises(OutputError, match=f"other files, such as {name}, "):
+        write_sample(sample_folder, views=1, size_px=(40, 30))
+    assert added.read_bytes() == b"mine"
 
 
 def test_a_sample_that_breaks_off_leaves_nothing(

@@ -11,11 +11,8 @@ from servoid.errors import OutputError
 
 MARK = "# servoid's own sample"  # first line of the capture.toml of every sample
 
-_SAMPLE = output.FolderKind(
-    "a sample",
-    MARK,
-    frozenset({"capture.toml", "poses.csv", "images", "masks", "left", "right", "truth"}),
-)
+POSES = "poses.csv"
+TRUTH, TRUE_POSES, TRUE_MESH = "truth", "left_from_object.csv", "mesh.obj"
 _JPEG_QUALITY = 92
 
 
@@ -27,7 +24,40 @@ def write_folder(directory: Path, fill: Callable[[Path], None]) -> None:
             unchanged.
 
     """
-    output.write_folder(directory, fill, _SAMPLE)
+    output.write_folder(directory, fill, output.FolderKind("a sample", MARK, _own))
+
+
+def still_name(index: int) -> str:
+    """Return the name of the files of one view, without their endings."""
+    return f"{index:04d}"
+
+
+def moving_name(index: int) -> str:
+    """Return the name of the files of one observation, without their endings."""
+    return f"{index:06d}"
+
+
+def _own(directory: Path) -> set[str]:
+    """Return the paths that writing the sample in a folder left there.
+
+    Their number is that of its poses, so that an image that somebody added is not among them.
+    """
+    own = {"capture.toml", "masks"}
+    if f'"{POSES}"' in (directory / "capture.toml").read_text(encoding="utf-8"):
+        own.add(POSES)
+    true_poses = directory / TRUTH / TRUE_POSES
+    if true_poses.is_file():
+        names = [moving_name(index) for index in range(_lines(true_poses) - 1)]
+        own |= {TRUTH, f"{TRUTH}/{TRUE_POSES}", f"{TRUTH}/{TRUE_MESH}", "left", "right"}
+        own |= {f"{camera}/{name}.jpg" for camera in ("left", "right") for name in names}
+        return own | {f"masks/{moving_name(0)}.png"}
+    names = [still_name(index) for index in range(_lines(directory / POSES) - 1)]
+    images = {f"images/{name}.jpg" for name in names}
+    return own | images | {f"masks/{name}.png" for name in names} | {"images"}
+
+
+def _lines(path: Path) -> int:
+    return path.read_bytes().count(b"\n") if path.is_file() else 0
 
 
 def encode(kind: str, pixels: NDArray[np.uint8], quality: int = _JPEG_QUALITY) -> bytes:

@@ -5,7 +5,16 @@ from pathlib import Path
 
 from servoid.pose import Floats, Pose
 from servoid.sim.samples import snail
-from servoid.sim.samples.folder import MARK, encode, write_folder
+from servoid.sim.samples.folder import (
+    MARK,
+    POSES,
+    TRUE_MESH,
+    TRUE_POSES,
+    TRUTH,
+    encode,
+    moving_name,
+    write_folder,
+)
 from servoid.sim.samples.motion import RATE_HZ
 from servoid.sim.samples.scene import MovingScene, Scenario
 from servoid.sim.samples.surface import obj_text, outer_mesh
@@ -65,24 +74,25 @@ def _write_files(
 ) -> None:
     """Write the whole recording into the empty folder `draft`."""
     names = _NAMES[: len(scene.offsets)]
-    for folder in (*names, "masks", "truth"):
+    for folder in (*names, "masks", TRUTH):
         (draft / folder).mkdir()
     for index in range(len(scene)):
         look = scene.look(index)
         for name, image in zip(names, look.images, strict=True):
             data = encode(".jpg", image, _JPEG_QUALITY)
-            (draft / name / f"{index:06d}.jpg").write_bytes(data)
+            (draft / name / f"{moving_name(index)}.jpg").write_bytes(data)
         if index == 0:
-            (draft / "masks" / f"{index:06d}.png").write_bytes(encode(".png", look.mask))
+            mask = draft / "masks" / f"{moving_name(index)}.png"
+            mask.write_bytes(encode(".png", look.mask))
         if progress is not None:
             progress(index + 1, len(scene))
     times_s = [scene.time_s(index) for index in range(len(scene))]
     truth = zip(times_s, map(scene.left_from_object, range(len(scene))), strict=True)
-    _write_text(draft / "truth" / "left_from_object.csv", _poses(truth))
-    _write_text(draft / "truth" / "mesh.obj", obj_text(*outer_mesh(snail.PARTS)))
+    _write_text(draft / TRUTH / TRUE_POSES, _poses(truth))
+    _write_text(draft / TRUTH / TRUE_MESH, obj_text(*outer_mesh(snail.PARTS)))
     if scene.scenario.hand:
         rig = zip(times_s, map(scene.room_from_rig, range(len(scene))), strict=True)
-        _write_text(draft / "poses.csv", _poses(rig))
+        _write_text(draft / POSES, _poses(rig))
     _write_text(draft / "capture.toml", _capture(scene))
 
 

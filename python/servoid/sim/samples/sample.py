@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from servoid.pose import Pose
-from servoid.sim.samples.folder import MARK, encode, write_folder
+from servoid.sim.samples.folder import MARK, POSES, encode, still_name, write_folder
 from servoid.sim.samples.studio import Shot, photograph, plan_shots
 
 _FIRST_LINE = f"{MARK}: a painted wooden bird, 0.2 m high"
@@ -61,11 +61,11 @@ def _write_files(
         (draft / folder).mkdir(parents=True)
     for index, shot in enumerate(shots):
         image, mask = photograph(shot, seed=index)
-        (draft / "images" / f"{index:04d}.jpg").write_bytes(encode(".jpg", image))
-        (draft / "masks" / f"{index:04d}.png").write_bytes(encode(".png", mask))
+        (draft / "images" / f"{still_name(index)}.jpg").write_bytes(encode(".jpg", image))
+        (draft / "masks" / f"{still_name(index)}.png").write_bytes(encode(".png", mask))
         if progress is not None:
             progress(index + 1, len(shots))
-    (draft / "poses.csv").write_text(_poses(shots), encoding="utf-8", newline="\n")
+    (draft / POSES).write_text(_poses(shots), encoding="utf-8", newline="\n")
     (draft / "capture.toml").write_text(_capture(shots[0]), encoding="utf-8", newline="\n")
 
 

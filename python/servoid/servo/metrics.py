@@ -64,7 +64,7 @@ class ServoMetrics:
     the hand relative to where the body was modelled, without errors of the model. `accuracy` is
     that of the true object at its desired pose. `fixation_rms_px` is over all cameras.
     `tracked_share` is the share of observations, `fastest_hand` is in m/s, `control_s` and
-    `track_s` are wall-clock times.
+    `track_s` are wall-clock times, and `period_s` is the median control period.
     """
 
     settle_s: float
@@ -79,6 +79,7 @@ class ServoMetrics:
     track_s: Spread
     fastest_hand: float
     accuracy: Accuracy
+    period_s: float
 
     @classmethod
     def of(cls, log: ServoLog, settle_s: float) -> "ServoMetrics":
@@ -103,6 +104,7 @@ class ServoMetrics:
             track_s=Spread.of(np.array([one.track_s for one in ticks if one.estimate is not None])),
             fastest_hand=_fastest(log),
             accuracy=Accuracy.of(log, settle_s),
+            period_s=float(np.median(log.periods_s)) if len(log) else np.nan,
         )
 
     @property
@@ -133,6 +135,7 @@ class ServoMetrics:
                 }
                 for hold in self.holds
             ],
+            "period_s": finite(self.period_s),
             "control_s": self.control_s.numbers(),
             "track_s": self.track_s.numbers(),
         }
@@ -158,9 +161,13 @@ class ServoMetrics:
             "fastest hand": _in_words(1e3 * self.fastest_hand, "mm/s"),
             "observations tracked": f"{tracked} of {self.observations}",
             "hand held": f"{times}, {self.held_s:.2f} s" if self.holds else "never",
-            "control tick": self.control_s.in_words(),
+            "control tick": f"{self.control_s.in_words()}{self.of_period()}",
             "tracker": self.track_s.in_words(),
         }
+
+    def of_period(self) -> str:
+        """Return a text on the time that a control tick may take; empty if it is not known."""
+        return f", of {1e3 * self.period_s:.3g} ms" if self.period_s > 0.0 else ""
 
     @staticmethod
     def _both(metres: float, radians: float) -> str:

@@ -14,6 +14,7 @@ from test_servo_metrics import HERE, PERIOD_S, log_of, row_at
 from servoid.pose import Pose
 from servoid.servo import ServoLog, ServoMetrics, TrueGoal
 from servoid.servo.accuracy import Accuracy
+from servoid.view import ServoPictures, write_servo_report
 
 DESIRED = Pose.from_parts([0.0, -0.09, 0.545], [0.8, 0.6, 0.0, 0.0])
 TWISTS = st.lists(st.floats(-0.3, 0.3), min_size=6, max_size=6)
@@ -135,6 +136,20 @@ def test_errors_before_the_hand_has_settled_do_not_count() -> None:
     )
     log.true_goal = GOAL
     assert ServoMetrics.of(log, 4.5 * PERIOD_S).accuracy.position_rms < 1e-12
+
+
+def test_a_report_begins_with_repeatability_and_accuracy_after_the_settling_time(
+    tmp_path: Path,
+) -> None:
+    far, near = (Pose.from_parts([off, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]) for off in (0.1, 0.004))
+    held = [(far if one < 5 else near) @ DESIRED for one in range(10)]
+    log = log_of([replace(row_at(at), hand_from_object=one) for at, one in enumerate(held)])
+    log.true_goal = GOAL
+    page = write_servo_report(tmp_path, log, {}, ServoPictures(), settle_s=4.5 * PERIOD_S)
+    assert (
+        '<p class="verdict">Repeatability 0.00 mm RMS, 0.00 mm at 95 %; accuracy 4.00 mm RMS, '
+        "4.00 mm at 95 %; both after 0.045 s of servoing. The hand was never held.</p>"
+    ) in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("true_goal", [None, GOAL], ids=["no truth at all", "no pose"])

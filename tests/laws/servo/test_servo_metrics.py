@@ -125,6 +125,12 @@ def test_control_is_timed_each_tick_and_the_tracker_only_when_it_worked() -> Non
     assert metrics.track_s.p50 == metrics.track_s.p99 == 0.012
 
 
+def test_the_time_of_a_control_tick_is_told_beside_the_period_it_may_take() -> None:
+    metrics = ServoMetrics.of(log_of([row_at(number, control_s=0.002) for number in range(9)]), 0.0)
+    assert metrics.figures()["control tick"] == "2.00 ms, p99 2.00 ms, of 10 ms"
+    assert ServoMetrics.of(log_of([]), 0.0).figures()["control tick"] == "not known, p99 not known"
+
+
 def test_a_hold_names_its_reasons_in_the_order_in_which_they_came() -> None:
     rows = [row_at(number) for number in range(10)]
     rows[3] = held(rows[3], Reason.LOST)
@@ -179,7 +185,7 @@ def test_figures_are_in_millimetres_degrees_and_milliseconds() -> None:
         "0.00 mm/s",
         "100 % of 4",
         "once, 0.01 s",
-        "0.40 ms, p99 0.40 ms",
+        "0.40 ms, p99 0.40 ms, of 10 ms",
         "0.00 ms, p99 0.00 ms",
     ]
 

@@ -23,7 +23,16 @@ from servoid.pose import Pose
 from servoid.record import ServoOverlay, ServoScene, ServoVideo, write_servo_log
 from servoid.record.lettering import width_px, write_into
 from servoid.record.overlay import STATUS_COLORS
-from servoid.servo import Command, Reason, ServoLog, ServoSettings, Tick, holds, settings_toml
+from servoid.servo import (
+    Command,
+    Reason,
+    ServoLog,
+    ServoMetrics,
+    ServoSettings,
+    Tick,
+    holds,
+    settings_toml,
+)
 from servoid.shape import Body
 from servoid.source import Instant
 from servoid.view import ServoPictures, draw_servo_plots, write_servo_report
@@ -296,8 +305,8 @@ def test_a_log_that_says_nothing_can_be_drawn(tmp_path: Path) -> None:
         assert path.stat().st_size > 1000
     page = write_servo_report(tmp_path, ServoLog(("a", "b")), {}, ServoPictures())
     text = page.read_text(encoding="utf-8")
-    assert "Nothing: the hand was never held" in text
-    assert "The error of the hand is unknown" in text
+    assert "Why the hand was held" not in text
+    assert "The errors of the hand are unknown" in text
 
 
 def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Shown) -> None:
@@ -315,9 +324,7 @@ def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Sh
     assert re.findall(r"https?://|[\"']//|url\(|@import|<script|<link|fetch\(", text) == []
     assert "{{" not in text
     assert re.findall(r"<th(?! scope=)(?!ead)", text) == []
-    assert re.search(
-        r'<p class="verdict">In the second half of the run the hand was [\d.]+ mm', text
-    )
+    assert '<span class="value">1.2 mm</span>' in text
     assert '<th scope="row">kept from the goal by</th>' in text
     sources = re.findall(r'src="data:image/(\w+);base64,([^"]+)"', text)
     assert [kind for kind, _ in sources] == ["jpeg", "png", "png", "png"]
@@ -334,6 +341,23 @@ def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Sh
     for hold in holds(shown.log):
         assert f"{hold.start_s:.2f} s" in text and f"{hold.end_s:.2f} s" in text
         assert all(reason.value in text for reason in hold.reasons)
+
+
+@pytest.mark.parametrize("settle_s", [0.3, 0.6])
+def test_a_report_begins_with_the_repeatability_of_its_table(
+    shown: Shown, tmp_path: Path, settle_s: float
+) -> None:
+    metrics = ServoMetrics.of(shown.log, settle_s)
+    page = write_servo_report(tmp_path, shown.log, {}, ServoPictures(), settle_s=settle_s)
+    text = page.read_text(encoding="utf-8")
+    verdict = re.search(
+        r'<p class="verdict">Repeatability ([\d.]+) mm RMS, ([\d.]+) mm at 95 %; '
+        rf"accuracy unknown; both after {settle_s:g} s",
+        text,
+    )
+    assert verdict is not None
+    expected = [1e3 * metrics.position_rms, 1e3 * metrics.position_95]
+    assert [float(one) for one in verdict.groups()] == pytest.approx(expected, abs=0.006)
 
 
 @pytest.mark.extended

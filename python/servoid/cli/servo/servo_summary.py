@@ -31,7 +31,7 @@ def print_servo_summary(
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
         "held": _held(metrics),
         **_limited(limited_s(trial.log)),
-        "control": f"{metrics.control_s.in_words()} per tick",
+        "control": f"{metrics.control_s.in_words()} per tick{metrics.of_period()}",
         "tracker": f"{metrics.track_s.in_words()} per observation",
     }
     for label, value in rows.items():

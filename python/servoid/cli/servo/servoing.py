@@ -248,6 +248,7 @@ def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -
         metrics.figures(),
         ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
         settings=text,
+        settle_s=settings.run.settle_s,
         notes=(
             *(() if ending is None else (f"The run was not finished: {ending}.",)),
             *trial.world.notes,

@@ -1,6 +1,7 @@
 """Writes the report of a servo run as one self-contained page."""
 
 import html
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +12,13 @@ from numpy.typing import NDArray
 
 from servoid.errors import OutputError
 from servoid.output import write_whole
-from servoid.servo import Hold, ServoLog, holds, limited_s, main_limit
+from servoid.servo import Hold, ServoLog, ServoMetrics, holds, limited_s, main_limit
 from servoid.view.page_parts import fill, image, notes_list, picture, verdict_list
 
 _NAME = "report.html"
 _QUALITY = 90  # of the JPEG picture of the overview
 _MOST_HOLDS = 40
+_VALUE = re.compile(r"\d[\d.]* (?:mm/s|mm|deg|ms|px|s|%)(?!\w)")  # which no line break divides
 
 _SHOWN = {
     "hand.png": "Plots over time: displacement of target and hand, and the hand's errors",
@@ -57,12 +59,13 @@ def write_servo_report(
     *,
     title: str = "A run of visual servoing",
     settings: str = "",
+    settle_s: float = 0.0,
     notes: Sequence[str] = (),
 ) -> Path:
     """Write `report.html` into a folder that exists, and return its path.
 
     `summary` contains the key figures by name, and `settings` is the TOML text of the settings. The
-    page begins with the sentences `notes`.
+    page begins with the errors after `settle_s` seconds of servoing, and the sentences `notes`.
 
     Raises:
         OutputError: the page cannot be written, or a picture cannot be read.
@@ -71,7 +74,7 @@ def write_servo_report(
     shaded = "; the plots shade these times" if pictures.files else ""
     parts = {
         "title": html.escape(title),
-        "verdict": verdict_list(_verdict(log)),
+        "verdict": verdict_list(_verdict(log, settle_s)),
         "notes": notes_list(notes),
         "overview": "" if pictures.overview is None else _overview(pictures.overview),
         "figures": "\n".join(_figure(*one) for one in {**summary, **_limited(log)}.items()),
@@ -84,28 +87,33 @@ def write_servo_report(
     return path
 
 
-def _verdict(log: ServoLog) -> list[str]:
-    """Return sentences: how far the hand was from its goal, and what limited it most."""
-    times, errors = log.times, log.hand_errors
-    late = times >= 0.5 * (times[0] + times[-1]) if len(log) else np.zeros(0, np.bool_)
-    away = 1e3 * np.linalg.norm(errors[late, :3], axis=1)
-    known = away[np.isfinite(away)]
-    if not len(known):
-        return ["The error of the hand is unknown: it had no goal in the second half of the run."]
-    held = sum(hold.seconds for hold in holds(log))
-    lasted = float(times[-1] - times[0])
-    limit = main_limit(log)
+def _verdict(log: ServoLog, settle_s: float) -> list[str]:
+    """Return sentences: the errors of the hand, and what limited it most."""
+    metrics = ServoMetrics.of(log, settle_s)
+    if np.isnan(metrics.position_rms):
+        return [
+            f"The errors of the hand are unknown: it had no goal after {settle_s:g} s of servoing."
+        ]
+    true = metrics.accuracy
+    lasted = float(log.times[-1] - log.times[0])
+    held = f"held for {metrics.held_s:.1f} of {lasted:.1f} s" if metrics.holds else "never held"
     sentences = [
-        f"In the second half of the run the hand was {np.median(known):.1f} mm from its goal "
-        f"(median), {np.quantile(known, 0.95):.1f} mm at 95 %; "
-        + (f"it was held for {held:.1f} of {lasted:.1f} s." if held else "it was never held.")
+        f"Repeatability {_errors(metrics.position_rms, metrics.position_95)}; "
+        f"accuracy {_errors(true.position_rms, true.position_95)}; "
+        f"both after {settle_s:g} s of servoing. The hand was {held}."
     ]
+    limit = main_limit(log)
     if limit is not None:
         reason, seconds = limit
         sentences.append(
             f"Its most frequent limit, for {seconds:.1f} of {lasted:.1f} s: {reason.value}."
         )
     return sentences
+
+
+def _errors(rms: float, most: float) -> str:
+    """Describe errors of the hand's position."""
+    return "unknown" if np.isnan(rms) else f"{1e3 * rms:.2f} mm RMS, {1e3 * most:.2f} mm at 95 %"
 
 
 def _limited(log: ServoLog) -> dict[str, str]:
@@ -125,7 +133,8 @@ def _overview(shown: NDArray[np.uint8]) -> str:
 
 
 def _figure(name: str, value: str) -> str:
-    return f'<tr><th scope="row">{html.escape(name)}</th><td>{html.escape(value)}</td></tr>'
+    words = _VALUE.sub(r'<span class="value">\g<0></span>', html.escape(value))
+    return f'<tr><th scope="row">{html.escape(name)}</th><td>{words}</td></tr>'
 
 
 def _picture(path: Path) -> str:
@@ -140,16 +149,17 @@ def _picture(path: Path) -> str:
 
 
 def _held(log: ServoLog, shaded: str) -> str:
-    """Return a table of the times at which the hand was held, and why."""
+    """Return the times at which the hand was held, and why; nothing if it never was."""
     found = holds(log)
     if not found:
-        return "<p>Nothing: the hand was never held.</p>"
+        return ""
     total = sum(hold.seconds for hold in found)
     times = "once" if len(found) == 1 else f"{len(found)} times"
     rows = "\n".join(map(_hold_row, found[:_MOST_HOLDS]))
     more = len(found) - _MOST_HOLDS
     rest = f"<p>And {more} more.</p>" if more > 0 else ""
     return (
+        "<h2>Why the hand was held</h2>\n"
         f'<p class="quiet">It was held {times}, for {total:.2f} s in total{shaded}. '
         "Times are in seconds since servoing began.</p>\n"
         '<div class="scroll" tabindex="0" role="region" aria-label="Why the hand was held">\n'

@@ -9,6 +9,8 @@ _NUMBER = re.compile(
     r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf(?:inity)?|nan)", re.IGNORECASE
 )
 
+_COUNTED = re.compile(r"\d+(?:\.\d+)?")
+
 
 def number_of(text: str) -> float:
     """Parse a text, with optional blanks around it, as a number; NaN and infinity are allowed.
@@ -75,6 +77,29 @@ def counted(count: int, thing: str, things: str = "") -> str:
 def joined(names: Sequence[str], last: str = "and") -> str:
     """Join names as in a sentence: `left, top and right`."""
     return f" {last} ".join((", ".join(names[:-1]), names[-1]) if len(names) > 1 else names)
+
+
+def kind_of(text: str) -> str:
+    """Return a text with zeros for its numbers: equal for texts that differ only in numbers."""
+    return _COUNTED.sub("0", text)
+
+
+def ranged(texts: Sequence[str]) -> str:
+    """Return texts that differ only in their numbers as one: `21 to 39 % is hidden`.
+
+    Numbers that are parts of names are those of the first text.
+    """
+    first = texts[0]
+    columns = zip(*(_COUNTED.findall(text) for text in texts), strict=True)
+    words, end = "", 0
+    for match, numbers in zip(_COUNTED.finditer(first), columns, strict=True):
+        low, high = min(numbers, key=float), max(numbers, key=float)
+        before, after = first[: match.start()][-1:], first[match.end() :][:1]
+        is_free = before in ("", " ", "(") and after in ("", " ", ",", ";", ":", ")")
+        range_of = f"{low} to {high}" if is_free and low != high else match[0]
+        words += first[end : match.start()] + range_of
+        end = match.end()
+    return words + first[end:]
 
 
 def camera_called(name: str) -> str:

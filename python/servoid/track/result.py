@@ -1,7 +1,5 @@
 """Declares the result of tracking: an estimate for each observation, and their statistics."""
 
-import re
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Estimate, Pose
-
-_NUMBER = re.compile(r"\d+(\.\d+)?")
+from servoid.words import kind_of, ranged
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,12 +140,11 @@ class TrackResult:
     def notices(self) -> list[tuple[str, int]]:
         """Count the notices, most frequent first; those that differ only in numbers are one kind.
 
-        A whole video may be dark: that gives one line, not one for each image.
+        A whole video may be dark: that gives one line, with the range of each number, not one for
+        each image.
         """
-        counts: Counter[str] = Counter()
-        examples: dict[str, str] = {}
+        kinds: dict[str, list[str]] = {}
         for notice in (notice for one in self.tracked for notice in one.notices):
-            kind = _NUMBER.sub("0", notice)
-            examples.setdefault(kind, notice)
-            counts[kind] += 1
-        return [(examples[kind], count) for kind, count in counts.most_common()]
+            kinds.setdefault(kind_of(notice), []).append(notice)
+        most = sorted(kinds.values(), key=lambda texts: -len(texts))
+        return [(ranged(texts), len(texts)) for texts in most]

@@ -67,14 +67,14 @@ def verdict(scored: list[ScoredView], fitness: float) -> list[str]:
         more = f" and {len(poor) - _MOST_NAMED} more" if len(poor) > _MOST_NAMED else ""
         verb = "view has" if len(poor) == 1 else "views have"
         sentences.append(
-            f"{len(poor)} of {len(scored)} {verb} less than {_percent(_VERDICTS[0][1])}: {names}"
+            f"{len(poor)} of {len(scored)} {verb} less than {100.0 * _VERDICTS[0][1]:g} %: {names}"
             f"{more}. Look at their masks and poses first."
         )
     return sentences
 
 
 def _percent(share: float) -> str:
-    return f"{math.floor(100.0 * share)} %"
+    return f"{100.0 * share:.1f} %"
 
 
 def score_words(scored: list[ScoredView], count: int) -> str:

@@ -22,7 +22,9 @@ from servoid.words import (
     four_digits,
     hundredths,
     in_one_line,
+    kind_of,
     number_of,
+    ranged,
     whole_number_of,
 )
 
@@ -109,3 +111,23 @@ def test_four_digits_round_a_number_and_show_no_exponent(number: float) -> None:
 @given(st.floats())
 def test_only_a_finite_number_goes_into_json(number: float) -> None:
     assert finite(number) == (number if math.isfinite(number) else None)
+
+
+@pytest.mark.parametrize(
+    ("texts", "words"),
+    [
+        (["21 % is hidden", "39 % is hidden", "22.5 % is hidden"], "21 to 39 % is hidden"),
+        (["9 of 10 points", "11 of 10 points"], "9 to 11 of 10 points"),
+        (
+            ["left/000003.jpg is damaged", "left/000004.jpg is damaged"],
+            "left/000003.jpg is damaged",
+        ),
+        (["dark by 3"], "dark by 3"),
+        (["late"] * 2, "late"),
+    ],
+)
+def test_texts_that_differ_only_in_numbers_become_one_with_their_ranges(
+    texts: list[str], words: str
+) -> None:
+    assert len({kind_of(text) for text in texts}) == 1
+    assert ranged(texts) == words

@@ -263,12 +263,12 @@ def test_the_page_says_first_whether_the_body_is_good_and_then_what_is_not() -> 
         views = [SimpleNamespace(name=f"eye/{place}") for place in range(len(ious))]
         return [ScoredView(one, True, iou) for one, iou in zip(views, ious, strict=True)]  # type: ignore[arg-type]
 
-    [good] = verdict(scored(0.97, 0.961), 0.96)
-    assert good.startswith("Good: the body explains 96 % of the worst view, eye/1, and 96 %")
+    [good] = verdict(scored(0.97, 0.9613), 0.96)
+    assert good.startswith("Good: the body explains 96.1 % of the worst view, eye/1, and 96.6 %")
     rough, poor = verdict(scored(0.97, 0.71, 0.75), 0.8)
-    assert rough.startswith("Rough: the body explains 71 % of the worst view, eye/1")
+    assert rough.startswith("Rough: the body explains 71.0 % of the worst view, eye/1")
     assert poor.startswith("2 of 3 views have less than 80 %: eye/1, eye/2.")
-    assert verdict(scored(0.0), 0.0)[0].startswith("Poor: the body explains 0 %")
+    assert verdict(scored(0.0), 0.0)[0].startswith("Poor: the body explains 0.0 %")
     assert "F = 0.932" in verdict([], 0.932)[0]
 
 

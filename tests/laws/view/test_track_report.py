@@ -132,10 +132,16 @@ def test_the_figures_agree_with_the_poses_that_are_written(reported: Path) -> No
 
 def test_the_page_says_what_became_of_the_track(reported: Path) -> None:
     text = "".join(Page((reported / "report.html").read_text(encoding="utf-8")).content["p"])
-    assert "Rough: it was tracked in 4 of 5 observations (80.0 %), and not at 0.20 s." in text
+    assert (
+        "Tracking: rough; it was tracked in 4 of 5 observations (80.0 %), and not at 0.20 s."
+        in text
+    )
+    assert re.search(
+        r"The cameras saw \d+ % of its sides. The depth of the others is a guess, unless", text
+    )
     assert "It rotated by 23 degrees" in text
     assert "corrected once by 2.5 degrees: a known side is seen again" in text
-    assert "drift was 2.3 degrees at most, and 2.3 at the end" in text
+    assert "drift was 2.3 degrees at most, and 2.3 degrees at the end" in text
 
 
 @pytest.mark.parametrize(
@@ -299,7 +305,7 @@ def test_a_state_tells_a_place_that_is_confirmed_from_one_that_is_not() -> None:
 def test_notices_that_differ_by_numbers_are_one_kind() -> None:
     notices = [["dark by 3"], ["late", "dark by 4.5"], [], ["dark by 5"]]
     track = track_of([OWN] * 4, lambda place: {"notices": notices[place]})
-    assert notice_times(track) == {"dark by 3": pytest.approx([0.0, 0.1, 0.3]), "late": [0.1]}
+    assert notice_times(track) == {"dark by 3 to 5": pytest.approx([0.0, 0.1, 0.3]), "late": [0.1]}
 
 
 def test_a_track_that_was_never_confirmed_and_has_no_drift_has_a_report(tmp_path: Path) -> None:

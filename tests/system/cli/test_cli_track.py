@@ -58,9 +58,21 @@ def test_a_body_is_tracked_into_a_file_and_a_summary(
     summary = rows(outcome)
     assert outcome.out.startswith("Tracked video: 5 observations, 2 cameras\n")
     assert summary["tracked"] == "60.0 % (3 of 5)"
-    assert summary["not tracked"] == "0.20 to 0.30 s"
+    assert summary["not tracked"] == "0.20 to 0.30 s (2 observations)"
     assert summary["of these"].startswith("prepare 1.00, search 1.00")
     assert summary["poses"] == "poses.csv"
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_single_observation_that_is_not_tracked_is_told_by_its_time_not_as_a_duration(
+    servoid_command: Command, fake_core: type[FakeTracker]
+) -> None:
+    fake_core.answers = staticmethod(
+        lambda time_s: {"status": "lost" if 0.15 < time_s < 0.25 else "tracking"}
+    )
+    summary = rows(servoid_command("track", "video", *CUP))
+    assert summary["not tracked"] == "at 0.20 s (1 observation)"
+    assert " s to the first pose, " in summary["start"]
 
 
 @pytest.mark.usefixtures("folder")

@@ -312,7 +312,7 @@ def test_notices_that_differ_by_numbers_are_counted_together(video: Path) -> Non
         replace(one, notices=(notice,)) for one, notice in zip(result.tracked, words, strict=False)
     ]
     counted = replace(result, tracked=tracked).notices
-    assert counted == [("22 % is hidden", 3), ("camera 0 is dark", 1)]
+    assert counted == [("22 to 31 % is hidden", 3), ("camera 0 is dark", 1)]
 
 
 @pytest.mark.usefixtures("fake_core")

@@ -85,7 +85,8 @@ def _rows(result: TrackResult) -> Iterator[Row]:
     if result.tracked_count <= 1 < len(result):
         yield from _wrapped("note", _NOWHERE)
     fits = "" if result.overlap is None else f", silhouette IoU {result.overlap:.2f}"
-    yield "start", f"{result.starting_s:.2f} s, {counted(len(result.body), 'ellipsoid')}{fits}"
+    parts = counted(len(result.body), "ellipsoid")
+    yield "start", f"{result.starting_s:.2f} s to the first pose, {parts}{fits}"
     if len(result) > 1:
         yield from _speed(result)
     if result.evolutions:
@@ -117,13 +118,18 @@ def _speed(result: TrackResult) -> Iterator[Row]:
 def _gaps(gaps: Sequence[Gap]) -> str:
     """List the gaps in tracking, the longest ones if there are many."""
     longest = sorted(gaps, key=lambda gap: -gap.count)[:_MOST_GAPS]
-    words = [
-        f"{gap.first_s:.2f} s" if gap.count == 1 else f"{gap.first_s:.2f} to {gap.last_s:.2f} s"
-        for gap in sorted(longest, key=lambda gap: gap.first_s)
-    ]
+    words = [_gap(one) for one in sorted(longest, key=lambda gap: gap.first_s)]
     if len(gaps) > len(longest):
         words.append(f"and {len(gaps) - len(longest)} more")
     return ", ".join(words)
+
+
+def _gap(gap: Gap) -> str:
+    """Say when an object was not tracked, and in how many observations: times look like spans."""
+    when = f"at {gap.first_s:.2f} s"
+    if gap.count > 1:
+        when = f"{gap.first_s:.2f} to {gap.last_s:.2f} s"
+    return f"{when} ({counted(gap.count, 'observation')})"
 
 
 def _wrapped(label: str, words: str) -> Iterator[Row]:

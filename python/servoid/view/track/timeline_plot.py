@@ -1,6 +1,5 @@
 """Draws the timeline: status, confidence, notices and time per step for each observation."""
 
-import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ from servoid.pose import Floats
 from servoid.track import Tracked
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
+from servoid.words import kind_of, ranged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,6 @@ STATES = ("tracking", "located", "searching", "lost")
 _COLORS = dict(zip(STATES, (DISTINCT[0], DISTINCT[5], DISTINCT[4], DISTINCT[1]), strict=True))
 _LABELS = {"located": "searching, located"}
 _MOST_NOTICES = 6
-_NUMBER = re.compile(r"\d+(\.\d+)?")
 _LANE_IN = 0.3
 
 
@@ -50,15 +49,17 @@ def draw_timeline(tracked: Sequence[Tracked]) -> bytes:
 def notice_times(tracked: Sequence[Tracked]) -> dict[str, list[float]]:
     """Return the times of each kind of notice, the most frequent first.
 
-    Notices that differ only in their numbers are of one kind, which is named by the first of them.
+    Notices that differ only in their numbers are of one kind, named with the range of each number.
     """
-    found: dict[str, tuple[str, list[float]]] = {}
+    found: dict[str, list[tuple[str, float]]] = {}
     for one in tracked:
         for notice in one.notices:
-            _, times = found.setdefault(_NUMBER.sub("0", notice), (notice, []))
-            times.append(one.estimate.time_s)
-    kinds = sorted(found.values(), key=lambda kind: -len(kind[1]))
-    return dict(kinds[:_MOST_NOTICES])
+            found.setdefault(kind_of(notice), []).append((notice, one.estimate.time_s))
+    kinds = sorted(found.values(), key=lambda kind: -len(kind))
+    return {
+        ranged([notice for notice, _ in kind]): [time_s for _, time_s in kind]
+        for kind in kinds[:_MOST_NOTICES]
+    }
 
 
 def _draw_status(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None:

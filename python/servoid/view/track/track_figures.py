@@ -16,8 +16,9 @@ from servoid.view.track.turning import Cause, Turning, turning_of
 from servoid.words import counted, finite, joined
 
 # The minimum share of tracked observations for each word.
-_VERDICTS = (("Good", 0.95), ("Rough", 0.7), ("Poor", 0.0))
+_VERDICTS = (("good", 0.95), ("rough", 0.7), ("poor", 0.0))
 _MOST_GAPS = 4
+_LEAST_DEG = 0.05  # below which an angle would be rounded to 0
 _MS_PER_S = 1e3
 _NEVER = "The rotation was never corrected"
 
@@ -89,13 +90,14 @@ class TrackFigures:
         }
 
     def verdict(self) -> Iterator[str]:
-        """Yield sentences: whether the track is good, and otherwise the most frequent reason."""
+        """Yield sentences: whether the tracking is good and why not, and what the body shows."""
         word = next(word for word, least in _VERDICTS if self.result.tracked_share >= least)
-        yield f"{word}: it was {self._tracked_words()}"
+        yield f"Tracking: {word}; it was {self._tracked_words()}"
         doubts = notice_times([one for one in self.result.tracked if not one.is_tracked])
         if doubts:
             words, times = next(iter(doubts.items()))
             yield f"The most frequent notice while it was not, {_often(times)}: {words}."
+        yield self._seen_words()
 
     def words(self) -> Iterator[str]:
         """Yield the sentences of the page about rotation, corrections, body and speed."""
@@ -143,11 +145,20 @@ class TrackFigures:
         rest = f", and in {more} more gaps" if more else ""
         return f"{words}, and not {', '.join(spans)}{rest}." if spans else f"{words}."
 
+    def _seen_words(self) -> str:
+        share = round(100.0 * self.sides.share)
+        if share == 100:
+            return "The cameras saw all of its sides."
+        return (
+            f"The cameras saw {share} % of its sides. The depth of the others is a guess, unless "
+            "a given body has it from other images."
+        )
+
     def _turned_words(self) -> str:
         unseen = [name for name, when in self.sides_seen.items() if when is None]
         words = (
             f"It rotated by {np.degrees(self.turning.turned[-1]):.0f} degrees in total relative to "
-            f"the first camera, and showed {100.0 * self.sides.share:.0f} % of its sides"
+            "the first camera"
         )
         if not unseen or len(unseen) == len(NAMED_SIDES):
             return f"{words}."
@@ -167,8 +178,8 @@ class TrackFigures:
             return f"{corrected}."
         largest, last = np.degrees([drift.max(), drift[-1]])
         return (
-            f"{corrected}. Its estimated drift was {largest:.1f} degrees at most, and {last:.1f} "
-            "at the end (one standard deviation)."
+            f"{corrected}. Its estimated drift was {_degrees(largest)} at most, and "
+            f"{_degrees(last)} at the end (one standard deviation)."
         )
 
     def _body_words(self) -> str:
@@ -184,6 +195,11 @@ class TrackFigures:
             f"{grown}{joint}{counts}{counted(len(result.body), 'ellipsoid')}; seen from the "
             f"front it is {size} mm wide, high and deep."
         )
+
+
+def _degrees(angle: float) -> str:
+    """Return an angle in words, and never as 0."""
+    return f"{angle:.1f} degrees" if angle >= _LEAST_DEG else f"below {_LEAST_DEG:g} degrees"
 
 
 def _often(cases: list[float]) -> str:

@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from servoid._native import __version__
 from servoid.errors import OutputError
 
 _OPTION = re.compile(r"(?<!\S)--[a-z][a-z-]*")
@@ -45,6 +46,12 @@ def json_text(data: Any) -> str:
 def paragraphs(lines: Sequence[str]) -> str:
     """Return each line as a paragraph."""
     return "\n".join(f"<p>{html.escape(line)}</p>" for line in lines)
+
+
+def origin(source: str) -> str:
+    """Return a line below the title: what the page is of, and the version that made it."""
+    words = f"{source} · servoid {__version__}" if source else f"servoid {__version__}"
+    return f'<p class="quiet">{html.escape(words)}</p>'
 
 
 def verdict_list(sentences: Sequence[str]) -> str:

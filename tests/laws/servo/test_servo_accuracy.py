@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from servo_trials import logged, small_trial
 from test_servo_metrics import HERE, PERIOD_S, log_of, row_at
 
+import servoid
 from servoid.pose import Pose
 from servoid.servo import ServoLog, ServoMetrics, TrueGoal
 from servoid.servo.accuracy import Accuracy
@@ -145,7 +146,10 @@ def test_a_report_begins_with_repeatability_and_accuracy_after_the_settling_time
     held = [(far if one < 5 else near) @ DESIRED for one in range(10)]
     log = log_of([replace(row_at(at), hand_from_object=one) for at, one in enumerate(held)])
     log.true_goal = GOAL
-    page = write_servo_report(tmp_path, log, {}, ServoPictures(), settle_s=4.5 * PERIOD_S)
+    page = write_servo_report(
+        tmp_path, log, {}, ServoPictures(), settle_s=4.5 * PERIOD_S, source="cup, sine"
+    )
+    assert f"cup, sine · servoid {servoid.__version__}</p>" in page.read_text(encoding="utf-8")
     assert (
         '<p class="verdict">Repeatability 0.00 mm RMS, 0.00 mm at 95 %; accuracy 4.00 mm RMS, '
         "4.00 mm at 95 %; both after 0.045 s of servoing. The hand was never held.</p>"

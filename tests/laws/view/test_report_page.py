@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import servoid
 from conftest import Drawing
 from servoid.capture import open_capture
 from servoid.model import ModelResult, fit
@@ -86,6 +87,14 @@ def test_every_element_is_closed_and_nothing_comes_from_elsewhere(text: str) -> 
     assert re.findall(r"https?://|url\(|@import|\bimport\b|fetch\(|XMLHttp", text) == []
     (policy,) = [one for one in page.attributes("meta") if "http-equiv" in one]
     assert str(policy["content"]).startswith("default-src 'none';")
+
+
+def test_the_page_says_what_it_is_of_and_which_version_made_it(
+    result: ModelResult, tmp_path: Path
+) -> None:
+    write_report(result, tmp_path, source="out/<photos>")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert f"out/&lt;photos&gt; · servoid {servoid.__version__}</p>" in page
 
 
 def test_the_page_holds_every_picture_of_the_report(folder: Path, text: str) -> None:

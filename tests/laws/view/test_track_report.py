@@ -23,6 +23,7 @@ from test_report_page import Page, looked_at
 from tiers import tiered
 from track_histories import history_of, track_of, turned
 
+import servoid
 from conftest import Command, everything_in, put_fake_core
 from servoid import view
 from servoid.capture import open_capture
@@ -140,6 +141,7 @@ def test_the_page_says_what_became_of_the_track(reported: Path) -> None:
         r"The cameras saw \d+ % of its sides. The depth of the others is a guess, unless", text
     )
     assert "It rotated by 23 degrees" in text
+    assert f"/video · servoid {servoid.__version__}" in text
     assert "corrected once by 2.5 degrees: a known side is seen again" in text
     assert "drift was 2.3 degrees at most, and 2.3 degrees at the end" in text
 

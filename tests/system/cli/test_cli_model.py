@@ -43,8 +43,10 @@ def put_view(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[..., list[Pa
     return put
 
 
-def draw_two_files(result: ModelResult, directory: Path, *, notes: Sequence[str]) -> list[Path]:
-    assert tuple(notes) == result.all_notes
+def draw_two_files(
+    result: ModelResult, directory: Path, *, notes: Sequence[str], source: str
+) -> list[Path]:
+    assert tuple(notes) == result.all_notes and Path(source).is_dir()
     (directory / "parts").mkdir()
     paths = [directory / "sheet.png", directory / "parts" / "curve.png"]
     for path in paths:
@@ -161,8 +163,10 @@ def test_a_report_replaces_its_own_pictures_and_leaves_other_files(
 def test_a_report_that_fails_leaves_nothing_behind(
     drawn_capture: Path, tmp_path: Path, servoid_command: Command, put_view: Callable[..., None]
 ) -> None:
-    def fail(result: ModelResult, directory: Path, *, notes: Sequence[str]) -> list[Path]:
-        (directory / "half.png").write_text(f"{result.fitness} {notes}")
+    def fail(
+        result: ModelResult, directory: Path, *, notes: Sequence[str], source: str
+    ) -> list[Path]:
+        (directory / "half.png").write_text(f"{result.fitness} {notes} {source}")
         raise MissingExtraError("reports need matplotlib; pip install 'servoid[view]'")
 
     put_view(fail)
@@ -181,8 +185,12 @@ def test_a_report_that_does_not_fit_is_told_by_the_name_that_was_given(
     servoid_command: Command,
     put_view: Callable[..., None],
 ) -> None:
-    def fail(result: ModelResult, directory: Path, *, notes: Sequence[str]) -> list[Path]:
-        raise OutputError(f"cannot write a report into {directory}: no space left {notes} {result}")
+    def fail(
+        result: ModelResult, directory: Path, *, notes: Sequence[str], source: str
+    ) -> list[Path]:
+        raise OutputError(
+            f"cannot write a report into {directory}: no space left {notes} {result} {source}"
+        )
 
     put_view(fail)
     report = tmp_path / "report"

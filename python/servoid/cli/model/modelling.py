@@ -67,7 +67,7 @@ def run_model(order: ModelOrder) -> None:
     result = settled(lambda trusted: _fit(order, targets, trusted=trusted), order)
     files: list[Path] = []
     if order.report is not None and write_report is not None:
-        files = _write_report_whole(write_report, result, order.report)
+        files = _write_report_whole(write_report, result, order.report, word.text)
     result.save(order.out, learn_appearance(result))
     print_summary(source, result, order.out, files)
     if filmed:
@@ -218,13 +218,13 @@ def _own_frame(what: str) -> str:
 
 
 def _write_report_whole(
-    write_report: WriteReport, result: ModelResult, directory: Path
+    write_report: WriteReport, result: ModelResult, directory: Path, source: str
 ) -> list[Path]:
     """Draw all pictures beside `directory`, and move them there when the last one is done."""
     above = directory.resolve().parent
     with tempfile.TemporaryDirectory(prefix=".servoid-", dir=above) as drafts:
         try:
-            drawn = write_report(result, Path(drafts), notes=result.all_notes)
+            drawn = write_report(result, Path(drafts), notes=result.all_notes, source=source)
         except OutputError as error:  # the name of the temporary folder means nothing to the user
             raise OutputError(str(error).replace(drafts, str(directory))) from error
         make_folder(directory)

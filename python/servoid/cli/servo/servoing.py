@@ -247,6 +247,7 @@ def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -
         log,
         metrics.figures(),
         ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
+        source=f"{settings.world.object.name}, {settings.world.object.path}",
         settings=text,
         settle_s=settings.run.settle_s,
         notes=(

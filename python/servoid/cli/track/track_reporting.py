@@ -13,14 +13,15 @@ WriteReport = Callable[..., list[Path]]
 
 @dataclass(frozen=True, eq=False)
 class Reports:
-    """The folders of the reports, in the order of the objects, and the history they show."""
+    """The folders of the reports, in the order of the objects; the history and its source."""
 
     folders: tuple[Path, ...]
     historian: Historian
+    source: str
     writer: WriteReport
 
     @classmethod
-    def into(cls, folders: Sequence[Path], capture: Capture) -> "Reports":
+    def into(cls, folders: Sequence[Path], capture: Capture, source: str) -> "Reports":
         """Prepare reports; fails early if the plotting library is missing.
 
         Raises:
@@ -29,7 +30,7 @@ class Reports:
         """
         from servoid.view import write_track_report  # it takes long to import
 
-        return cls(tuple(folders), Historian(capture), write_track_report)
+        return cls(tuple(folders), Historian(capture), source, write_track_report)
 
     def make_folders(self) -> None:
         """Make the folders, into which other files may be written too.
@@ -50,7 +51,7 @@ class Reports:
         """
         histories: list[History] = self.historian.histories()
         return [
-            self.writer(result, history, folder, notes=notes)[0]
+            self.writer(result, history, folder, notes=notes, source=self.source)[0]
             for result, history, folder in zip(results, histories, self.folders, strict=True)
         ]
 

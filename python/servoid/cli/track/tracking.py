@@ -224,7 +224,7 @@ def _report_folders(order: TrackOrder, subjects: list[Subject]) -> list[Path]:
 
 def _reports(order: TrackOrder, subjects: list[Subject], capture: Capture) -> Reports | None:
     folders = _report_folders(order, subjects)
-    return Reports.into(folders, capture) if folders else None
+    return Reports.into(folders, capture, order.source) if folders else None
 
 
 def _ending(stopped: BaseException | None, count: int) -> str:

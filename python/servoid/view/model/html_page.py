@@ -19,6 +19,7 @@ from servoid.view.page_parts import (
     fill,
     json_text,
     notes_list,
+    origin,
     paragraphs,
     picture,
     read,
@@ -51,12 +52,15 @@ _CAPTIONS = {
 }
 
 
-def html_page(result: ModelResult, pictures: Mapping[str, bytes], notes: Sequence[str]) -> bytes:
-    """Return the page. `pictures` are PNG files by name; the page begins with `notes`."""
+def html_page(
+    result: ModelResult, pictures: Mapping[str, bytes], notes: Sequence[str], source: str
+) -> bytes:
+    """Return the page. `pictures` are PNG files; the page begins with `source` and `notes`."""
     scored = scored_views(result)
     count = len(result.body)
     parts = {
         "title": f"A body of {counted(count, 'ellipsoid')}",
+        "origin": origin(source),
         "verdict": verdict_list(verdict(scored, result.fitness)),
         "words": paragraphs(list(_words(result, scored))),
         "notes": notes_list(notes),

@@ -15,14 +15,16 @@ from servoid.view.scores import ScoredView, mean_iou, scored_views
 from servoid.words import finite
 
 
-def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] = ()) -> list[Path]:
+def write_report(
+    result: ModelResult, directory: Path, *, notes: Sequence[str] = (), source: str = ""
+) -> list[Path]:
     """Write the pictures and the figures of a result into a folder; return the files' paths.
 
     They are `report.html` (everything on one page, with an interactive view of the body),
     `contact_sheet.png` (the views with the ellipsoids' outlines, if there are views), `curve.png`
     (fitness and silhouette IoU against the count), `body.png` (the body from four sides, and the
-    cameras) and `summary.json`. The page begins with the sentences `notes`. The folder is created
-    if it is missing; other files in it stay unchanged.
+    cameras) and `summary.json`. The page begins with `source`, what was modelled, and the
+    sentences `notes`. The folder is created if it is missing; other files in it stay unchanged.
 
     Raises:
         ImageError, MaskError: a view's file can no longer be read.
@@ -36,7 +38,7 @@ def write_report(result: ModelResult, directory: Path, *, notes: Sequence[str] =
         "curve.png": draw_curve(result),
     }
     files = {
-        "report.html": html_page(result, pictures, notes),
+        "report.html": html_page(result, pictures, notes, source),
         **pictures,
         "summary.json": (json.dumps(summarise(result), indent=2) + "\n").encode(),
     }

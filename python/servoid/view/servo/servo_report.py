@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from servoid.errors import OutputError
 from servoid.output import write_whole
 from servoid.servo import Hold, ServoLog, ServoMetrics, holds, limited_s, main_limit
-from servoid.view.page_parts import fill, image, notes_list, picture, verdict_list
+from servoid.view.page_parts import fill, image, notes_list, origin, picture, verdict_list
 
 _NAME = "report.html"
 _QUALITY = 90  # of the JPEG picture of the overview
@@ -58,6 +58,7 @@ def write_servo_report(
     pictures: ServoPictures,
     *,
     title: str = "A run of visual servoing",
+    source: str = "",
     settings: str = "",
     settle_s: float = 0.0,
     notes: Sequence[str] = (),
@@ -65,7 +66,8 @@ def write_servo_report(
     """Write `report.html` into a folder that exists, and return its path.
 
     `summary` contains the key figures by name, and `settings` is the TOML text of the settings. The
-    page begins with the errors after `settle_s` seconds of servoing, and the sentences `notes`.
+    page begins with `source`, what was servoed to, the errors after `settle_s` seconds of
+    servoing, and the sentences `notes`.
 
     Raises:
         OutputError: the page cannot be written, or a picture cannot be read.
@@ -74,6 +76,7 @@ def write_servo_report(
     shaded = "; the plots shade these times" if pictures.files else ""
     parts = {
         "title": html.escape(title),
+        "origin": origin(source),
         "verdict": verdict_list(_verdict(log, settle_s)),
         "notes": notes_list(notes),
         "overview": "" if pictures.overview is None else _overview(pictures.overview),

@@ -12,6 +12,7 @@ from servoid.view.page_parts import (
     fill,
     json_text,
     notes_list,
+    origin,
     paragraphs,
     picture,
     read,
@@ -62,14 +63,15 @@ def write_track_report(
     directory: str | Path,
     *,
     notes: Sequence[str] = (),
+    source: str = "",
 ) -> list[Path]:
     """Write the pictures and the figures of a track into a folder; return the files' paths.
 
     They are `report.html` (everything on one page, with an interactive view of the body),
     `growth.png` (the body after each change), `sides.png` (the sides that were seen),
     `turning.png` (drift against the angle turned), `timeline.png` (status, confidence, notices and
-    times) and `summary.json`. The page begins with the sentences `notes`. The folder is created if
-    it is missing; other files in it stay unchanged.
+    times) and `summary.json`. The page begins with `source`, what was tracked, and the
+    sentences `notes`. The folder is created if it is missing; other files in it stay unchanged.
 
     Raises:
         OutputError: the folder cannot be written; then no file of the report in it changes.
@@ -85,7 +87,7 @@ def write_track_report(
     summary = json.dumps(figures.summary(), indent=1, allow_nan=False, ensure_ascii=False)
     files = {
         "report.html": _page(
-            figures, pictures, [*notes, *(f"At the start: {note}" for note in result.notes)]
+            figures, pictures, [*notes, *(f"At the start: {note}" for note in result.notes)], source
         ),
         **pictures,
         "summary.json": (summary + "\n").encode(),
@@ -93,13 +95,16 @@ def write_track_report(
     return write_report_files(Path(directory), files)
 
 
-def _page(figures: TrackFigures, pictures: Mapping[str, bytes], notes: Sequence[str]) -> bytes:
+def _page(
+    figures: TrackFigures, pictures: Mapping[str, bytes], notes: Sequence[str], source: str
+) -> bytes:
     result = figures.result
     solids = solids_of(result.body, figures.history.surface, figures.sides.sides_from_object)
     return fill(
         "track_report.html",
         {
             "title": html.escape(_title(result.name)),
+            "origin": origin(source),
             "verdict": verdict_list(list(figures.verdict())),
             "words": paragraphs(list(figures.words())),
             "notes": notes_list(notes),

@@ -227,6 +227,7 @@ class CaptureView:
         Raises:
             MaskError: there is no mask, or its file is missing, damaged or of another size than
                 the camera's.
+            ImageError: the file cannot be used, and nor can that of the image.
 
         """
         if self.given_mask is not None:
@@ -235,7 +236,12 @@ class CaptureView:
             return self.ideal.maps().mask(self.recorded_mask)
         if self.mask_path is None:
             raise MaskError(f"{self.name} has no mask; write one and name it like the image")
-        mask = read_mask(self.mask_path, self.recorded.size_px, self.recorded.by)
+        try:
+            mask = read_mask(self.mask_path, self.recorded.size_px, self.recorded.by)
+        except MaskError:
+            if self.has_image:
+                self.recorded_image()  # where that has another size too, size_px is wrong
+            raise
         if not mask.any():
             width, height = self.recorded.size_px
             raise MaskError(

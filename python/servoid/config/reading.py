@@ -24,6 +24,8 @@ _KINDS = (
 )
 # A key of many parts: TOML parsers take time quadratic in their number.
 _PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+_AT_BYTE = re.compile(r"\(byte (\d+)\)")
+_NO_NUMBER = re.compile(rb"NaN|Infinity")
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MOST_NESTED}}}")
 
 
@@ -180,4 +182,17 @@ def _json_fault(content: bytes, reason: Exception) -> str:
         return "the file is not UTF-8 text"
     except (ValueError, RecursionError):  # a number or a depth that only this parser refuses
         pass
-    return str(reason)
+    return _fault_at(content, str(reason).removeprefix("JSON is malformed: "))
+
+
+def _fault_at(content: bytes, reason: str) -> str:
+    """Describe a fault whose place is given in bytes, by line and column."""
+    found = _AT_BYTE.search(reason)
+    if found is None:
+        return reason
+    before = content[: int(found[1])].decode(errors="replace")
+    place = f"line {before.count(chr(10)) + 1}, column {len(before) - before.rfind(chr(10))}"
+    number = _NO_NUMBER.match(content, int(found[1]))
+    if number is None:
+        return _AT_BYTE.sub(f"(at {place})", reason)
+    return f"{number[0].decode()} at {place} is no number of JSON; write a finite number"

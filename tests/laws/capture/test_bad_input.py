@@ -81,7 +81,8 @@ IMAGES = {
     ),
     "size of another camera": (
         toml("size_px = [160, 120]", "size_px = [320, 240]"),
-        r"is 160x120 pixels, but its camera has size_px = \[320, 240\]",
+        r"images/\d+\.png is 160x120 pixels, but its camera has size_px = \[320, 240\]; correct "
+        r"size_px",
     ),
     "empty mask": (pixels("masks/0004.png", BLACK), r"masks/0004\.png: the mask is empty.*mark"),
     "mask that covers the image": (

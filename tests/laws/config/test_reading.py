@@ -235,7 +235,11 @@ def test_the_page_of_errors_lists_every_limit() -> None:
         (b"hello", r"Expecting value \(at line 1, column 1\)"),
         (b" \n", "the file is empty"),
         (b'{"version": "\xff"}', "the file is not UTF-8 text"),
-        (b'{"version": NaN}', "."),
+        (
+            b'{"version":\n [1, NaN]}',
+            "NaN at line 2, column 6 is no number of JSON; write a finite number",
+        ),
+        (b'{"version": -Infinity}', "Infinity at line 1, column 14 is no number of JSON; write"),
         (b'{"version": ' + 5000 * b"9" + b" x}", "."),
     ],
 )

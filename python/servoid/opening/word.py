@@ -31,7 +31,7 @@ FORMS = (
     "images, a bag (.mcap, .bag or a rosbag2 folder), a camera's number or /dev/v4l/..., "
     "rtsp://... or http://..., realsense:SERIAL, genicam:NAME, sim:WORLD, or a rig.toml"
 )
-"""All forms of SOURCE, in one sentence for messages and help."""
+"""All forms of SOURCE, in one sentence."""
 
 
 class Kind(Enum):
@@ -163,7 +163,9 @@ def _of_files(text: str) -> SourceWord:
             )
         return SourceWord(text, Kind.IMAGES, images)
     _refuse_other_kind(path)
-    raise CaptureError(f"there is no {text}; SOURCE is {FORMS}")
+    raise CaptureError(
+        f"there is no file or folder {text}; correct its name (--help lists what SOURCE may be)"
+    )
 
 
 def _refuse_other_kind(path: Path) -> None:

@@ -93,7 +93,7 @@ def test_several_files_are_written_in_one_word(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("none.mp4", "there is no none.mp4; SOURCE is a capture .* sim:WORLD, or a rig.toml"),
+        ("none.mp4", r"^there is no file or folder none\.mp4; correct its name .{0,50}$"),
         ("", "SOURCE is empty, as that of a variable that was not set; name it, or write ."),
         (" ", "SOURCE is empty"),
         ("a.mp4+b.mp4", "there is no video a.mp4"),

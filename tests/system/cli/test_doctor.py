@@ -131,7 +131,7 @@ def test_the_self_test_stands_beside_what_is_expected_of_it(
     assert ran.code == 0
     assert max(len(line) for line in ran.out.splitlines()) <= 80
     assert "0.90 mm off, expected 1.5 or less" in found["tracked"]
-    assert found["speed"].startswith("4.0 ms per observation, 33 keep up with 30 Hz; ")
+    assert found["speed"].startswith("4.0 ms per observation, up to 33 ms keep up with 30 Hz; ")
     assert "all that servoid needs is there and works" in found["verdict"]
     if "missing" not in found["renderers"]:
         assert "does not start: Error: no display" in found["renderers"]

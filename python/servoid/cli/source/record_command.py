@@ -8,6 +8,7 @@ import typer
 
 from servoid.cli.declared import command
 from servoid.cli.source.options import (
+    LIVE,
     LIVE_HELP,
     SOURCE_HELP,
     Baseline,
@@ -38,7 +39,12 @@ class RecordOrder(CameraOptions):
     duration: Duration = None
     count: Annotated[
         int | None,
-        typer.Option(callback=check_count, metavar="N", help="End after this many observations."),
+        typer.Option(
+            callback=check_count,
+            metavar="N",
+            help="End after this many observations.",
+            rich_help_panel=LIVE,
+        ),
     ] = None
     fov: Fov = None
     baseline: Baseline = None

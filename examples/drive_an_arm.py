@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from servoid.capture import open_capture
+from servoid.errors import ServoidError
 from servoid.servo import Controller, RememberingArm, TrackingThread, brought_to_rest, servo_tracked
 from servoid.servo.link import LinkedArm
 from servoid.sim import SerialArm, read_arm
@@ -58,5 +59,9 @@ if __name__ == "__main__":
         address = str(Path(folder) / "arm")
         driver = get_context("spawn").Process(target=drive_joints, args=(address,), daemon=True)
         driver.start()
-        main(sys.argv[1] if len(sys.argv) > 1 else "out/moving", address)
-        driver.terminate()
+        try:
+            main(sys.argv[1] if len(sys.argv) > 1 else "out/moving", address)
+        except ServoidError as error:  # says what to do
+            sys.exit(f"error: {error}")
+        finally:
+            driver.terminate()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from servoid.camera import Camera
 from servoid.capture import PosedImage, View, capture_of, open_capture
+from servoid.errors import ServoidError
 from servoid.model import (
     ModelResult,
     Request,
@@ -131,4 +132,7 @@ def main(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "out/moving")
+    try:
+        main(sys.argv[1] if len(sys.argv) > 1 else "out/moving")
+    except ServoidError as error:  # says what to do
+        sys.exit(f"error: {error}")

@@ -6,6 +6,7 @@ Run it after `make samples`: `.venv/bin/python examples/model_a_capture.py out/s
 import sys
 
 from servoid.capture import open_capture
+from servoid.errors import ServoidError
 from servoid.model import Progress, fit
 
 
@@ -30,4 +31,7 @@ def main(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "out/sample")
+    try:
+        main(sys.argv[1] if len(sys.argv) > 1 else "out/sample")
+    except ServoidError as error:  # says what to do
+        sys.exit(f"error: {error}")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from servoid.capture import open_capture
+from servoid.errors import ServoidError
 from servoid.record import read_trajectory
 from servoid.track import TrackStep, follow
 
@@ -40,4 +41,7 @@ def main(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else "out/moving")
+    try:
+        main(sys.argv[1] if len(sys.argv) > 1 else "out/moving")
+    except ServoidError as error:  # says what to do
+        sys.exit(f"error: {error}")

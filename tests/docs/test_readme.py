@@ -119,6 +119,19 @@ def test_an_example_runs_and_says_what_it_found(example: Path, folder: Path) -> 
     assert run([sys.executable, str(example)], folder).strip()
 
 
+@pytest.mark.parametrize(
+    "example",
+    [unless(one, QUICK_EXAMPLE) for one in EXAMPLES if "sys.argv" in one.read_text("utf-8")],
+)
+def test_an_example_whose_folder_is_missing_says_so_without_a_traceback(
+    example: Path, tmp_path: Path
+) -> None:
+    command = [sys.executable, str(example), "none"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert re.fullmatch(r"error: [^\n]*none[^\n]*\n", done.stderr)
+
+
 def test_the_readme_shows_the_command_and_the_python_interface() -> None:
     shown = blocks((ROOT / "README.md").read_text(encoding="utf-8"))
     typed = [

@@ -203,6 +203,12 @@ def _matches(toml: Path, pattern: str, place: str) -> list[Path]:
     # Path.glob would also match hidden files, such as those that macOS leaves beside each image.
     names = sorted(glob.glob(pattern, root_dir=toml.parent))  # noqa: PTH207
     if not names:
+        folder = Path(pattern).parent
+        if not glob.has_magic(str(folder)) and not (toml.parent / folder).is_dir():
+            raise CaptureError(
+                f"{place}: '{pattern}' matches no file, because there is no folder '{folder}' in "
+                f"{toml.parent}; correct the pattern, or put the folder there"
+            )
         raise CaptureError(
             f"{place}: '{pattern}' matches no file in {toml.parent}; correct the pattern, such as "
             "'images/*.jpg'"

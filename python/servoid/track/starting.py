@@ -164,7 +164,18 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
     except (ModelError, TargetError) as error:
         if any(image is None for image in instant.images) and instant.notices:
             error.args = (f"{error}; of observation {instant.index}: {'; '.join(instant.notices)}",)
+        elif subject.body is None and request.distance_m is None and _are_photographs(capture):
+            error.args = (
+                f"{error}; or, as these are images of one camera that all have masks: if they show "
+                "an object at rest from several sides, model it with servoid model",
+            )
         raise
+
+
+def _are_photographs(capture: Capture) -> bool:
+    """Return whether a capture may be one to model from: a recording seldom has many masks."""
+    views = capture.all_views()
+    return len(capture.cameras) == 1 < len(views) and all(view.has_mask for view in views)
 
 
 def _check_meant(capture: Capture, instant: Instant, targets: Sequence[Target]) -> None:

@@ -115,8 +115,12 @@ IMAGES = {
 
 CAMERAS = {
     "pattern without a match": (
+        toml("images/*.png", "images/*.jpg"),
+        r"images: 'images/\*\.jpg' matches no file in .*correct the pattern",
+    ),
+    "pattern in a folder that is not there": (
         toml("images/*.png", "pictures/*.png"),
-        r"images: 'pictures/\*\.png' matches no file in .*correct the pattern",
+        r"'pictures/\*\.png' matches no file, because there is no folder 'pictures' in .*photos",
     ),
     "pattern that leaves the folder": (
         toml("images/*.png", "../photos/images/*.png"),

@@ -3,6 +3,7 @@
 import inspect
 import re
 import textwrap
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -15,6 +16,7 @@ from servoid._native import ModelSettings, TrackSettings
 from servoid.cli import values
 from servoid.cli.app import app
 from servoid.cli.defaults import with_defaults
+from servoid.cli.source.options import LIVE
 from servoid.exchange.export import export_body
 from servoid.exchange.export.surface import MOST_DETAIL
 from servoid.sim import Scenario
@@ -126,8 +128,8 @@ def test_model_track_sample_and_export_show_the_defaults_of_python() -> None:
     core, tracker = ModelSettings(), TrackSettings()
     numbers = {
         "model": {
-            "--max-ellipsoids": f"chosen by held-out views; with --delta "
-            f"{core.max_ellipsoids}",
+            "--max-ellipsoids": f"chosen by held-out views; "
+            f"{core.max_ellipsoids} if --delta is given",
             "--delta": f"{core.delta:g}",
             "--seed": str(core.seed),
             "--rate": f"{ASSUMED_HZ:g}",
@@ -193,6 +195,21 @@ def test_words_and_ranges_of_options_are_those_of_python(servoid_command: Comman
         outcome = servoid_command(*options)
         assert outcome.code == 2
         assert message in " ".join(outcome.err.replace("│", "").split())
+
+
+def test_the_page_on_counts_has_the_greatest_count_of_python() -> None:
+    page = Path(__file__).parents[3] / "docs" / "howto" / "count.md"
+    said = f"the largest count, {ModelSettings().max_ellipsoids} if only `--delta` is given"
+    assert said in page.read_text(encoding="utf-8")
+
+
+def test_what_ends_a_live_recording_stands_together() -> None:
+    panels = {
+        one.name: one.rich_help_panel
+        for one in COMMANDS["record"].params
+        if one.name in ("count", "duration")
+    }
+    assert panels == dict.fromkeys(("count", "duration"), LIVE)
 
 
 @pytest.mark.parametrize("command", [name for name in COMMANDS if not COMMANDS[name].hidden])

@@ -62,3 +62,11 @@ def test_a_single_thing_that_lacks_is_asked_for_by_the_step_that_needs_it(
     assert "nothing marks the object" in error
     error = servoid_command("track", "film.avi", *TARGET.split(), *DISTANCE.split()).err
     assert "there is no calibration of its camera; give --fov" in error
+
+
+def test_photographs_of_one_object_are_pointed_to_the_command_that_models_them(
+    drawn_capture: Path, servoid_command: Command
+) -> None:
+    error = servoid_command("track", drawn_capture, "--out", "poses.csv").err
+    assert "such as --distance 0.6" in error
+    assert "model it with servoid model" in error

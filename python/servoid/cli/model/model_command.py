@@ -74,8 +74,8 @@ class ModelOrder(CameraOptions, ScaleOptions):
         typer.Option(
             callback=checked_by(ModelSettings, "max_ellipsoids"),
             metavar="N",
-            help="Stop at this many ellipsoids (default: chosen by held-out views; with "
-            f"--delta {_defaults.max_ellipsoids}).",
+            help="Stop at this many ellipsoids (default: chosen by held-out views; "
+            f"{_defaults.max_ellipsoids} if --delta is given).",
         ),
     ] = None
     delta: Annotated[

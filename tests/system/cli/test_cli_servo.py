@@ -185,6 +185,12 @@ def test_printed_settings_read_back_and_options_come_on_top(
     assert list(tmp_path.iterdir()) == [file]
 
 
+def test_the_time_of_the_world_is_not_taken_for_that_of_the_wall() -> None:
+    words = servoing.stage_words("looking around", 12.4)
+    assert words == "looking around, simulated 12 s"
+    assert len("servo run ") + 30 + len(f" {words} 0:00:05") <= 80  # with the bar, on one line
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -111,6 +111,11 @@ def share_of_run(stage: str, share: float, seconds: float) -> float:
     return (before_s + share * _BEFORE_S[stage]) / whole_s
 
 
+def stage_words(stage: str, time_s: float) -> str:
+    """Return a note on a stage for the progress bar, whose own clock is that of the wall."""
+    return f"{stage}, simulated {time_s:.0f} s"
+
+
 class _Run:
     """Watches a run: shows its progress, and writes its video and its recording."""
 
@@ -145,7 +150,7 @@ class _Run:
         """Process a step."""
         self.trial = step.trial or self.trial
         share = share_of_run(step.stage, step.share, self._seconds)
-        self._update(share, f"{step.stage} {step.time_s:6.2f} s")
+        self._update(share, stage_words(step.stage, step.time_s))
         if self._recording is not None:
             self._record(step, self._recording)
         if step.instant is not None:

@@ -5,9 +5,11 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
+import numpy as np
 import pytest
 
 from conftest import Command, Outcome, everything_in
@@ -189,6 +191,14 @@ def test_the_time_of_the_world_is_not_taken_for_that_of_the_wall() -> None:
     words = servoing.stage_words("looking around", 12.4)
     assert words == "looking around, simulated 12 s"
     assert len("servo run ") + 30 + len(f" {words} 0:00:05") <= 80  # with the bar, on one line
+
+
+def test_the_line_below_a_picture_has_the_word_of_the_report() -> None:
+    goal = SimpleNamespace(error=lambda _: np.array([0.003, 0.0, 0.004, 0.0, 0.0, 0.01]))
+    step = SimpleNamespace(stage="servoing", row=SimpleNamespace(hand_from_object=object()))
+    trial = SimpleNamespace(log=SimpleNamespace(true_goal=goal))
+    line = servoing._line(step, trial)  # type: ignore[arg-type]
+    assert line == "servoing; accuracy 5.0 mm, 0.6 deg"
 
 
 @pytest.mark.parametrize(

@@ -198,7 +198,7 @@ def _line(step: TrialStep, trial: ServoTrial | None) -> str:
         return step.stage
     off = trial.log.true_goal.error(held)
     place, turn = 1e3 * float(np.linalg.norm(off[:3])), np.degrees(float(np.linalg.norm(off[3:])))
-    return f"{step.stage}; true error {place:.1f} mm, {turn:.1f} deg"
+    return f"{step.stage}; accuracy {place:.1f} mm, {turn:.1f} deg"
 
 
 def _recorded(settings: TrialSettings) -> ObjectPath | None:

@@ -295,7 +295,7 @@ def test_help_shows_examples_and_the_cores_defaults(servoid_command: Command) ->
     text = " ".join(re.sub(r"[│╭╮╰╯─]", " ", outcome.out).split())
     defaults = servoid.model.ModelSettings()
     assert outcome.code == 0
-    assert f"with --delta {defaults.max_ellipsoids})" in text
+    assert f"{defaults.max_ellipsoids} if --delta is given)" in text
     assert f"(default {defaults.delta:g})" in text
     assert f"(default {defaults.seed})" in text
     assert "servoid model photos --out body.json" in text

@@ -2,7 +2,8 @@
 
 Tracks the recordings beside the repository, unchanged and made harder, and courses that the tests
 draw, some of them slow. Records in each image the evidence of the pose and whether it is right, and
-fits the weights by logistic regression, in which each sequence counts equally. Prints the weights
+fits the weights of the log-odds by maximum likelihood, with the factors of drift and of proof as
+they are; each sequence counts equally. Prints the weights
 for `crates/servoid/src/track/pose/confidence.rs`, and by steps of the probability how many poses
 are right, where each sequence is predicted with weights that were fitted without it.
 
@@ -19,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import erf, expit
 
 from servoid.cli.progress import progress_bar
 from servoid.exchange import open_any
@@ -53,10 +55,14 @@ PENALTY = 1e-3  # of the weights' squares
 TERMS = ("one", "SHARE", "TEXTURED", "REFERENCE", "PROVED", "TURN", "JITTER")
 EDGES = np.linspace(0.0, 1.0, 11)
 BOUNDS: dict[str, tuple[float, ...]] = {
-    one.name: literal_eval(one.value) for one in constants() if one.file == "pose/confidence.rs"
+    one.name: tuple(np.atleast_1d(literal_eval(one.value)).tolist())
+    for one in constants()
+    if one.file == "pose/confidence.rs"
 }
+MOST = 1.0 - 1e-9  # the greatest probability
 
-Sample = tuple[str, Floats, Floats]  # a sequence, the evidence of its poses, and which are right
+# A sequence, the evidence of its poses, their factors, and which are right.
+Sample = tuple[str, Floats, Floats, Floats]
 
 
 def slowly(index: int) -> float:
@@ -93,6 +99,19 @@ def terms(evidence: dict[str, float]) -> list[float]:
     ]
 
 
+def factor(evidence: dict[str, float]) -> float:
+    """Return the probability that the rotation did not drift, nor is that of another pose."""
+    (most_rad,), (first, last, least) = BOUNDS["MOST_RAD"], BOUNDS["SAME_POSE"]
+    drift = max(evidence["drift_rad"], 1e-9)
+    same = float(np.clip((evidence["share"] - first) / (last - first), least, 1.0))
+    return float(erf(most_rad / (np.sqrt(2.0) * drift))) * (1.0 if evidence["proved"] else same)
+
+
+def probabilities(features: Floats, factors: Floats, given: Floats) -> Floats:
+    """Return the probability that each pose is right, with the given weights."""
+    return np.minimum(factors * expit(features @ given), MOST)
+
+
 def runs(
     folder: Path, seeds: int, starts: tuple[str, ...]
 ) -> Iterator[tuple[str, Recording, str, int]]:
@@ -119,8 +138,8 @@ def runs(
                 yield place.name, Recording(name, place, open_any(place)), HARDER[0], seed
 
 
-def sample(recording: Recording, variant: str, seed: int) -> tuple[Floats, Floats]:
-    """Track an object, and return the evidence of its poses (N, 7) and which are right (N,)."""
+def sample(recording: Recording, variant: str, seed: int) -> tuple[Floats, Floats, Floats]:
+    """Track an object; return its evidence (N, 7), the factors (N,), and which are right (N,)."""
     changed = VARIANTS[variant]
     request = Request(seed=seed, every=changed.every, distance_m=recording.distance_m)
     with tempfile.TemporaryDirectory() as folder:
@@ -130,27 +149,31 @@ def sample(recording: Recording, variant: str, seed: int) -> tuple[Floats, Float
     found = verdicts(result.tracked, recording.true_poses, recording.vertices, scaled=scaled)
     evidence_by_index = {one.index: one.estimate.evidence for one in result.tracked}
     rows = [
-        (terms(evidence), not wrong)
+        (terms(evidence), factor(evidence), not wrong)
         for index, wrong in zip(found.index, found.wrong, strict=True)
         if (evidence := evidence_by_index[int(index)]) is not None
     ]
     features = np.array([row[0] for row in rows]).reshape(-1, len(TERMS))
-    return features, np.array([row[1] for row in rows], float)
+    factors, right = (np.array([row[part] for row in rows], float) for part in (1, 2))
+    return features, factors, right
 
 
 def weights(samples: list[Sample]) -> Floats:
     """Return the maximum-likelihood weights, by sequences."""
-    images = {name: sum(len(one[2]) for one in samples if one[0] == name) for name, *_ in samples}
-    features = np.concatenate([one[1] for one in samples])
-    right = np.concatenate([one[2] for one in samples])
-    each = np.concatenate([np.full(len(one[2]), 1.0 / images[one[0]]) for one in samples])
+    images = {name: sum(len(one[3]) for one in samples if one[0] == name) for name, *_ in samples}
+    features, factors, right = (
+        np.concatenate([one[part] for one in samples]) for part in (1, 2, 3)
+    )
+    each = np.concatenate([np.full(len(one[3]), 1.0 / images[one[0]]) for one in samples])
     each /= each.sum()
 
     def loss(given: Floats) -> tuple[float, Floats]:
-        odds = features @ given
-        missed = 1.0 / (1.0 + np.exp(-odds)) - right
+        share = expit(features @ given)
+        found = probabilities(features, factors, given)
+        surprise = -np.where(right > 0.0, np.log(np.maximum(found, 1e-300)), np.log1p(-found))
+        missed = (1.0 - share) * np.where(right > 0.0, -1.0, found / (1.0 - found))
         free = np.r_[0.0, given[1:]]
-        value = each @ (np.logaddexp(0.0, odds) - right * odds) + PENALTY * free @ free
+        value = each @ surprise + PENALTY * free @ free
         return float(value), features.T @ (each * missed) + 2.0 * PENALTY * free
 
     return np.asarray(minimize(loss, np.zeros(len(TERMS)), jac=True).x)
@@ -170,8 +193,8 @@ def print_weights(samples: list[Sample]) -> None:
     predicted, right = [], []
     for name in names:
         own = weights([one for one in samples if one[0] != name])
-        for _, features, truth in (one for one in samples if one[0] == name):
-            predicted.append(1.0 / (1.0 + np.exp(-features @ own)))
+        for _, features, factors, truth in (one for one in samples if one[0] == name):
+            predicted.append(probabilities(features, factors, own))
             right.append(truth)
     likely, truth = np.concatenate(predicted), np.concatenate(right)
     table = Table("probability", "images", "mean %", "right %")

@@ -1,5 +1,7 @@
 //! Keeps keyframes, from whichever side the object shows.
 
+use nalgebra::Vector2;
+
 use super::DELAY;
 use crate::camera::Observation;
 use crate::pose::Pose;
@@ -76,9 +78,10 @@ impl Tracker {
         self.begin_outlining();
     }
 
-    /// Takes the first camera's picture of the object.
+    /// Takes a thumbnail of what the first camera sees of the object.
     fn thumbnail(&self, pose: &Pose) -> Option<Thumbnail> {
-        Thumbnail::take(self.frame.windows.first()?, &self.target.solid, pose)
+        let is_hidden = |pixel: &Vector2<f64>| self.workspace.occlusion.hides(0, pixel) > 0.0;
+        Thumbnail::take(self.frame.windows.first()?, (&self.target.solid, pose), is_hidden)
     }
 
     /// Returns whether the distances of most recognised points are still guesses.

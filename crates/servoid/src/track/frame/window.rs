@@ -177,11 +177,10 @@ impl Window {
         Some((eye, rays))
     }
 
-    /// Returns the point that the camera sees at a pixel, at a distance from it.
-    pub(crate) fn point(&self, px: &Vector2<f64>, distance: f64) -> Option<Vector3<f64>> {
+    /// Returns the point of the world that the camera sees at a pixel and a depth.
+    pub(crate) fn point(&self, px: &Vector2<f64>, depth: f64) -> Option<Vector3<f64>> {
         let projection = self.from_world?;
-        let ray = projection.linear.try_inverse()? * px.push(1.0);
-        Some(projection.eye()? + ray.normalize() * distance)
+        Some(projection.eye()? + projection.linear.try_inverse()? * px.push(1.0) * depth)
     }
 
     /// Returns the sum of the scores inside the body's outline at a pose, and the pixels inside.

@@ -1,8 +1,9 @@
 //! The probability that a pose is right: all evidence for it, added up as log-odds.
 //!
 //! The weights are those of a logistic regression over recordings and simulated sequences, each of
-//! which has the same weight. `benches/trust/confidence.py` repeats it with fewer sequences and
-//! reports its performance on those left out.
+//! which has the same weight; factors for drift and for poses that look alike were added since.
+//! `benches/trust/confidence.py` fits the weights over fewer sequences, with both factors, and
+//! reports their performance on those left out.
 
 use std::f64::consts::SQRT_2;
 
@@ -53,9 +54,10 @@ const JITTER: (f64, f64, f64, f64) = (0.05, 0.003, 0.0675, 3.44);
 pub(crate) const UNMEASURED: f64 = 0.03;
 /// Contribution of an object that is proved to be the lost one, or was never lost.
 const PROVED: f64 = 2.15;
-/// The share up to which a pose that is found again, and not proved yet, is as good as none, and
-/// that from which on it counts as much as its evidence says. Other poses have much of it, too.
-const FOUND: (f64, f64) = (0.58, 0.9);
+/// Of an object that was found again and is not proved, which may be at another pose: the share up
+/// to which the pose is the least probable, that from which on it is as probable as its evidence
+/// says, and the least factor of the probability.
+const SAME_POSE: (f64, f64, f64) = (0.58, 0.9, 0.1);
 /// Log-odds of a pose whose orientation the outline of a known shape shows: of 440 poses of drawn
 /// objects all were right.
 const OUTLINED: f64 = 3.5;
@@ -91,13 +93,13 @@ impl Evidence {
             + spread(self.turn_rad, TURN)
             + spread(self.jitter_rad, JITTER);
         let odds = if self.by_outline { odds.max(OUTLINED) } else { odds };
-        self.is_it() * self.on_course() / (1.0 + libm::exp(-odds))
+        self.same_pose() * self.on_course() / (1.0 + libm::exp(-odds))
     }
 
-    /// Returns the probability that the object is the one that was lost, and no other pose of it.
-    fn is_it(&self) -> f64 {
-        let (none, all) = FOUND;
-        if self.proved { 1.0 } else { ((self.share - none) / (all - none)).clamp(UNSEEN, 1.0) }
+    /// Returns the probability that the object is at this pose, and not at one that looks alike.
+    fn same_pose(&self) -> f64 {
+        let (from, to, least) = SAME_POSE;
+        if self.proved { 1.0 } else { ((self.share - from) / (to - from)).clamp(least, 1.0) }
     }
 
     /// Returns whether the orientation drifted by no more than a standard deviation, judged by the
@@ -194,9 +196,9 @@ mod tests {
             one in evidence(),
         ) {
             let found = Evidence { proved: false, ..one };
-            let (none, all) = FOUND;
-            let most = (found.share - none) / (all - none);
-            prop_assert!(found.probability() <= most.max(UNSEEN));
+            let (from, to, least) = SAME_POSE;
+            let most = (found.share - from) / (to - from);
+            prop_assert!(found.probability() <= most.max(least));
         }
     }
 

@@ -1,9 +1,9 @@
 //! Finds an object again: near its last pose (locally), anywhere (globally), or from masks.
 
+mod detection;
 mod from_masks;
 mod known_turns;
 mod relocalizer;
-mod spotted;
 
 pub use from_masks::{MaskFit, pose_from_masks, poses_from_masks};
 pub(super) use relocalizer::Relocalizer;
@@ -147,9 +147,9 @@ impl Tracker {
         let mut evaluations = 0;
         for _ in 0..rounds {
             self.open_all_over(observation);
-            let spotted = self.spotted(&known, (near, far));
+            let detected = self.detect(&known, (near, far));
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
-            let places = (&*spotted, (near, far));
+            let places = (&*detected, (near, far));
             let (found, scored) = self.relocalizer.global(inputs, &known, places, area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();

@@ -5,6 +5,7 @@ use crate::evolve::{self, GaError, Rng};
 use crate::pose::Pose;
 use crate::track::inputs::Inputs;
 use crate::track::pose::search::{Deviation, Found, Probes, Scorer, Search};
+use crate::track::target::thumbnail::distances;
 
 /// Searches for the object without a prior pose: first scores positions, then orientations at the
 /// best positions, then refines the best of both by populations. Memory is reused from call to
@@ -24,10 +25,8 @@ const PROBES: usize = 60;
 const ISLANDS: usize = 3;
 const POPULATION: usize = 32;
 const GENERATIONS: usize = 8;
-/// Positions across an image, and logarithm of the ratio of successive distances, in the first
-/// stage.
+/// Positions across an image in the first stage.
 const COLUMNS: usize = 16;
-const DISTANCE_STEP: f64 = 0.17;
 /// Positions that are examined more closely, orientations tried at each near known ones and anywhere,
 /// and poses that are kept.
 const PLACES: usize = 12;
@@ -75,12 +74,12 @@ impl Relocalizer {
 
     /// Searches for the object in the whole images, at distances from near to far: half of the
     /// orientations that are tried are near those at which it was seen before. The poses at which
-    /// it was spotted are tried in any case.
+    /// it was detected are tried in any case.
     pub(crate) fn global(
         &mut self,
         inputs: Inputs<'_>,
         known: &KnownTurns,
-        (spotted, (near, far)): (&[Found], (f64, f64)),
+        (detected, (near, far)): (&[Found], (f64, f64)),
         area_at: impl Fn(f64) -> f64,
     ) -> Result<(&[Found], usize), GaError> {
         self.spread_probes(&inputs);
@@ -103,11 +102,11 @@ impl Relocalizer {
             }
         }
         evaluations += self.best.len();
-        keep(&mut self.best, KEPT - spotted.len().min(KEPT), |one, other| {
+        keep(&mut self.best, KEPT - detected.len().min(KEPT), |one, other| {
             let turn = (one.rotation().inverse() * other.rotation()).angle();
             one.apart(other) > POSES_APART.0 * radius || turn > POSES_APART.1
         });
-        self.best.extend_from_slice(spotted);
+        self.best.extend_from_slice(detected);
         let search_range = (NEAR.0 * radius, NEAR.1);
         for found in &mut self.best {
             self.round += 1;
@@ -140,11 +139,8 @@ fn places(
     out.clear();
     let open = scorer.inputs.windows.iter().find_map(|window| window.rays(COLUMNS));
     let Some((eye, rays)) = open else { return 0 };
-    let steps = (libm::log(far / near) / DISTANCE_STEP).ceil().clamp(1.0, 40.0) as usize;
     for ray in rays {
-        for step in 0..steps {
-            let share = (step as f64 + 0.5) / steps as f64;
-            let distance = near * libm::pow(far / near, share);
+        for distance in distances(near, far) {
             let place: Vector3<f64> = eye + ray * distance;
             for turn in [known.draw_at(&place, rng), draw_any(rng)] {
                 let pose = Pose::from_rotation(turn, place);
@@ -156,7 +152,7 @@ fn places(
 }
 
 /// Keeps the best poses, each different enough from the better ones.
-pub(super) fn keep(all: &mut Vec<Found>, most: usize, differ: impl Fn(&Pose, &Pose) -> bool) {
+fn keep(all: &mut Vec<Found>, most: usize, differ: impl Fn(&Pose, &Pose) -> bool) {
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut kept = 0;
     for at in 0..all.len() {

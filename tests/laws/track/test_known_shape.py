@@ -14,7 +14,7 @@ from servoid.track import Method, Request, Subject, TrackSettings, track_capture
 
 
 def made_by(*views: str) -> MadeBy:
-    return MadeBy(servoid="0.6.0", seed=0, max_ellipsoids=6, delta=0.003, views=views)
+    return MadeBy(servoid="0.7.0", seed=0, max_ellipsoids=6, delta=0.003, views=views)
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ from wheels.check import (  # noqa: E402
 )
 from wheels.repack import repack  # noqa: E402
 
-FOLDER = "servoid-0.6.0.dist-info"
+FOLDER = "servoid-0.7.0.dist-info"
 BUILT = ROOT / "target" / "release"
 BESIDE = [
     "METADATA", "WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE-MIT",
@@ -91,7 +91,7 @@ def test_a_list_of_files_that_lies_is_found() -> None:
 
 
 def test_a_wheel_that_is_packed_anew_holds_licences_and_no_place(tmp_path: Path) -> None:
-    made = tmp_path / "servoid-0.6.0-cp310-abi3-manylinux_2_17_x86_64.whl"
+    made = tmp_path / "servoid-0.7.0-cp310-abi3-manylinux_2_17_x86_64.whl"
     bill = f'{{"ref": "{ROOT.as_uri()}/crates/servoid"}}'.encode()
     with zipfile.ZipFile(made, "w") as wheel:
         wheel.writestr("servoid/a.py", "a = 1\n")

@@ -2,7 +2,8 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import TypeVar
 
 _WHOLE = re.compile(r"[+-]?[0-9]+")
 _NUMBER = re.compile(
@@ -10,6 +11,8 @@ _NUMBER = re.compile(
 )
 
 _COUNTED = re.compile(r"\d+(?:\.\d+)?")
+
+_T = TypeVar("_T")
 
 
 def number_of(text: str) -> float:
@@ -79,16 +82,20 @@ def joined(names: Sequence[str], last: str = "and") -> str:
     return f" {last} ".join((", ".join(names[:-1]), names[-1]) if len(names) > 1 else names)
 
 
-def kind_of(text: str) -> str:
-    """Return a text with zeros for its numbers: equal for texts that differ only in numbers."""
-    return _COUNTED.sub("0", text)
+def by_kind(said: Iterable[tuple[str, _T]]) -> list[tuple[str, list[_T]]]:
+    """Group texts that differ only in their numbers, and what belongs to each, most frequent first.
 
-
-def ranged(texts: Sequence[str]) -> str:
-    """Return texts that differ only in their numbers as one: `21 to 39 % is hidden`.
-
-    Numbers that are parts of names are those of the first text.
+    Each group is named by one text with the range of each number: `21 to 39 % is hidden`. Numbers
+    that are parts of names are those of the first text.
     """
+    kinds: dict[str, list[tuple[str, _T]]] = {}
+    for text, one in said:
+        kinds.setdefault(_COUNTED.sub("0", text), []).append((text, one))
+    groups = sorted(kinds.values(), key=lambda group: -len(group))
+    return [(_ranged([text for text, _ in group]), [one for _, one in group]) for group in groups]
+
+
+def _ranged(texts: Sequence[str]) -> str:
     first = texts[0]
     columns = zip(*(_COUNTED.findall(text) for text in texts), strict=True)
     words, end = "", 0

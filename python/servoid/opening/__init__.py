@@ -9,11 +9,10 @@ from servoid.opening.live import OpenedLive, open_live
 from servoid.opening.openable import check_openable
 from servoid.opening.own_files import belongs_to_source
 from servoid.opening.recorded import Opened, count_uncalibrated_cameras, open_recorded
-from servoid.opening.word import FORMS, Kind, SourceWord, parse_source
+from servoid.opening.word import Kind, SourceWord, parse_source
 from servoid.renamed import refuse_old_names
 
 __all__ = [
-    "FORMS",
     "Filmed",
     "GivenCalibration",
     "Kind",

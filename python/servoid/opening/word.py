@@ -25,14 +25,6 @@ IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".p
 _WILD = re.compile(r"[*?\[]")
 _DEVICE_KEY = re.compile(r"^\s*device\s*=", re.MULTILINE)
 
-FORMS = (
-    "a capture (a folder with a capture.toml, a COLMAP model, a transforms.json or a BOP scene), a "
-    "video, two videos LEFT.mp4+RIGHT.mp4, side-by-side:VIDEO, a folder or 'pattern*.png' of "
-    "images, a bag (.mcap, .bag or a rosbag2 folder), a camera's number or /dev/v4l/..., "
-    "rtsp://... or http://..., realsense:SERIAL, genicam:NAME, sim:WORLD, or a rig.toml"
-)
-"""All forms of SOURCE, in one sentence."""
-
 
 class Kind(Enum):
     """The kinds of SOURCE; the value is the name in messages."""

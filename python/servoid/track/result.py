@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Estimate, Pose
-from servoid.words import kind_of, ranged
+from servoid.words import by_kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,8 +143,5 @@ class TrackResult:
         A whole video may be dark: that gives one line, with the range of each number, not one for
         each image.
         """
-        kinds: dict[str, list[str]] = {}
-        for notice in (notice for one in self.tracked for notice in one.notices):
-            kinds.setdefault(kind_of(notice), []).append(notice)
-        most = sorted(kinds.values(), key=lambda texts: -len(texts))
-        return [(ranged(texts), len(texts)) for texts in most]
+        said = ((notice, one) for one in self.tracked for notice in one.notices)
+        return [(words, len(group)) for words, group in by_kind(said)]

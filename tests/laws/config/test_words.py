@@ -16,15 +16,14 @@ from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.model.result import Coverage
 from servoid.shape import save_body
 from servoid.words import (
+    by_kind,
     counted,
     digits,
     finite,
     four_digits,
     hundredths,
     in_one_line,
-    kind_of,
     number_of,
-    ranged,
     whole_number_of,
 )
 
@@ -129,5 +128,8 @@ def test_only_a_finite_number_goes_into_json(number: float) -> None:
 def test_texts_that_differ_only_in_numbers_become_one_with_their_ranges(
     texts: list[str], words: str
 ) -> None:
-    assert len({kind_of(text) for text in texts}) == 1
-    assert ranged(texts) == words
+    said = [(text, place) for place, text in enumerate(texts)]
+    assert by_kind(said) == [(words, list(range(len(texts))))]
+    twice = list(range(len(texts))) * 2
+    others = [("something else", -1), *said, *said]
+    assert by_kind(others) == [(words, twice), ("something else", [-1])]

@@ -25,10 +25,9 @@ impl Plane {
         self.size_px
     }
 
-    /// Returns a row of pixels; none of a row that is not there.
-    #[must_use]
-    pub fn row(&self, v: usize) -> &[f32] {
-        self.data.get(v * self.size_px[0]..(v + 1) * self.size_px[0]).unwrap_or_default()
+    /// Returns the rows of pixels.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[f32]> {
+        self.data.chunks_exact(self.size_px[0].max(1))
     }
 
     /// Returns whether a position lies between four pixels of the plane.

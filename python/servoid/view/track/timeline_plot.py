@@ -9,7 +9,7 @@ from servoid.pose import Floats
 from servoid.track import Tracked
 from servoid.view.axes import DISTINCT, dress, new_figure, png
 from servoid.view.page import INK, QUIET_INK
-from servoid.words import kind_of, ranged
+from servoid.words import by_kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,15 +51,8 @@ def notice_times(tracked: Sequence[Tracked]) -> dict[str, list[float]]:
 
     Notices that differ only in their numbers are of one kind, named with the range of each number.
     """
-    found: dict[str, list[tuple[str, float]]] = {}
-    for one in tracked:
-        for notice in one.notices:
-            found.setdefault(kind_of(notice), []).append((notice, one.estimate.time_s))
-    kinds = sorted(found.values(), key=lambda kind: -len(kind))
-    return {
-        ranged([notice for notice, _ in kind]): [time_s for _, time_s in kind]
-        for kind in kinds[:_MOST_NOTICES]
-    }
+    said = ((notice, one.estimate.time_s) for one in tracked for notice in one.notices)
+    return dict(by_kind(said)[:_MOST_NOTICES])
 
 
 def _draw_status(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None:

@@ -102,7 +102,7 @@ impl Relocalizer {
             }
         }
         evaluations += self.best.len();
-        keep(&mut self.best, KEPT - detected.len().min(KEPT), |one, other| {
+        keep(&mut self.best, KEPT.saturating_sub(detected.len()), |one, other| {
             let turn = (one.rotation().inverse() * other.rotation()).angle();
             one.apart(other) > POSES_APART.0 * radius || turn > POSES_APART.1
         });

@@ -30,7 +30,7 @@ pub(crate) struct Detection {
     /// The image of the object's origin, in pixels, and its depth in metres.
     pub(crate) origin_px: Vector2<f64>,
     pub(crate) depth: f64,
-    /// Length of the object's image, in pixels.
+    /// Length of the object's image, but no less than that of the smallest thumbnail, in pixels.
     pub(crate) length_px: f64,
 }
 
@@ -117,34 +117,39 @@ impl Thumbnail {
             }
             let brightness = levelled(&image.cells((corner, cell_px), size));
             let places = [0, 1].map(|i| size[i] - self.size[i] + 1);
-            for row in 0..places[1] {
-                let along = self.correlation_along((&brightness, size[0]), (row, places[0]));
-                for (column, correlation) in along.into_iter().enumerate() {
-                    if correlation >= LEAST_CORRELATION {
-                        let place = Vector2::new(column as f64, row as f64) + self.origin;
-                        let (origin_px, length_px) = (corner + place * cell_px, CELLS * cell_px);
-                        found.push(Detection { correlation, origin_px, depth, length_px });
-                    }
+            let correlations = self.correlations(&brightness, size[0], places);
+            for (at, correlation) in correlations.into_iter().enumerate() {
+                if correlation >= LEAST_CORRELATION {
+                    let place = Vector2::new((at % places[0]) as f64, (at / places[0]) as f64);
+                    let origin_px = corner + (place + self.origin) * cell_px;
+                    let length_px = CELLS * cell_px;
+                    found.push(Detection { correlation, origin_px, depth, length_px });
                 }
             }
         }
         found
     }
 
-    /// Returns the correlation at each of the first places along a row of cells.
-    fn correlation_along(
+    /// Returns the correlation at each place, row by row, in an image of cells with a width.
+    fn correlations(
         &self,
-        (brightness, width): (&[f32], usize),
-        (row, places): (usize, usize),
+        brightness: &[f32],
+        width: usize,
+        [columns, rows]: [usize; 2],
     ) -> Vec<f32> {
-        let [mut sum, mut squares, mut product] = [(); 3].map(|()| vec![0.0_f32; places]);
+        let [mut sum, mut squares, mut product] = [(); 3].map(|()| vec![0.0_f32; columns * rows]);
         for &(u, v, own) in &self.cells {
-            let there = &brightness[(row + v) * width + u..][..places];
-            let sums = sum.iter_mut().zip(&mut squares).zip(&mut product);
-            for (((sum, squares), product), &there) in sums.zip(there) {
-                *sum += there;
-                *squares += there * there;
-                *product += there * own;
+            let parts =
+                [&mut sum, &mut squares, &mut product].map(|all| all.chunks_exact_mut(columns));
+            let [sums, squares, products] = parts;
+            for (row, ((sums, squares), products)) in sums.zip(squares).zip(products).enumerate() {
+                let there = &brightness[(row + v) * width + u..][..columns];
+                let places = sums.iter_mut().zip(squares).zip(products).zip(there);
+                for (((sum, square), product), &there) in places {
+                    *sum += there;
+                    *square += there * there;
+                    *product += there * own;
+                }
             }
         }
         let count = self.cells.len() as f32;
@@ -153,7 +158,7 @@ impl Thumbnail {
             let variance = squares[at] - sum[at] * sum[at] / count;
             (product[at] / variance.max(least).sqrt()).clamp(-1.0, 1.0)
         };
-        (0..places).map(correlation).collect()
+        (0..columns * rows).map(correlation).collect()
     }
 }
 
@@ -179,11 +184,11 @@ impl<'a> IntegralImage<'a> {
         let plane = window.pyramid.plane(LEVEL);
         let size = plane.size_px().map(|n| n + 1);
         let mut sums = vec![0.0; size[0] * size[1]];
-        for v in 1..size[1] {
+        for (v, row) in plane.rows().enumerate() {
             let mut along = 0.0;
-            for (u, brightness) in plane.row(v - 1).iter().enumerate() {
+            for (u, brightness) in row.iter().enumerate() {
                 along += f64::from(*brightness);
-                sums[v * size[0] + u + 1] = sums[(v - 1) * size[0] + u + 1] + along;
+                sums[(v + 1) * size[0] + u + 1] = sums[v * size[0] + u + 1] + along;
             }
         }
         Self { window, size, sums }

@@ -46,6 +46,21 @@ def test_a_turn_that_a_bare_side_held_back_is_doubted_until_a_known_side_returns
     assert found.right.mean() > 0.5  # 74 and 56 %
 
 
+@pytest.mark.extended
+@pytest.mark.parametrize(("variant", "seed"), [("half size", 8), ("noise", 9)])
+def test_a_known_side_that_comes_back_is_recognised_whatever_was_learned_on_the_way(
+    variant: str, seed: int, tmp_path: Path
+) -> None:
+    # Points that were learned on the way lay on the label as well, at the drifted pose, and
+    # outvoted its own: in half size the label was never recognised again, and 15 % of the images
+    # tracked rightly; with noise it was once it faced the cameras, in image 108 of the turn's 120.
+    found = _turned(variant, seed, tmp_path)
+    assert not found.trusted_wrong.any()
+    adrift = [at for at in range(50, 120) if not found.tracking[at]]
+    assert max(adrift) < 100  # 91 and 94
+    assert found.right.mean() > 0.5  # 59 and 61 %
+
+
 def _turned(variant: str, seed: int, folder: Path) -> Verdicts:
     recording = recording_with_truth("hard/bleach_turn")
     capture = VARIANTS[variant].change(recording.capture, seed, folder)

@@ -122,7 +122,7 @@ impl Tracker {
         self.take_adjusted();
         self.take_outlined();
         self.has_evolved |= self.take_evolved()?;
-        let expected = self.motion.predict(observation.time_s);
+        let mut expected = self.motion.predict(observation.time_s);
         if self.is_outdated(observation) {
             self.frame.shut();
         }
@@ -142,8 +142,12 @@ impl Tracker {
             self.penalize_jump(&expected, &mut hypothesis);
         }
         let missed = hypothesis.quality.share < least;
-        if !missed && self.trust.is_proved() && self.needs_rival(&hypothesis.quality) {
-            evaluations += self.compare_with_rival(observation, &expected, &mut hypothesis)?;
+        if !missed && self.trust.is_proved() {
+            if self.needs_rival(&hypothesis.quality) {
+                evaluations += self.compare_with_rival(observation, &expected, &mut hypothesis)?;
+            }
+            evaluations +=
+                self.return_to_known_side(observation, &mut expected, &mut hypothesis)?;
             clock.lap(|timing| &mut timing.search);
         }
         if (missed || !self.trust.is_proved()) && self.frame.can_see() {

@@ -198,7 +198,7 @@ impl Target {
                 continue;
             };
             let keyframe = &mut self.keyframes.all[at];
-            keyframe.drift_variance = TOGETHER * TOGETHER * variance + keyframe.held_back;
+            keyframe.drift_variance = TOGETHER * TOGETHER * variance + keyframe.unseen_drift();
             keyframe.relief_variance = by_motion.map(|one| one.doubt(BY_MOTION));
             moves.push((*number, keyframe.world_from_object.inverse() * station.world_from_object));
         }

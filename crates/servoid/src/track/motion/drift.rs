@@ -7,7 +7,7 @@
 use nalgebra::{Matrix6, Vector6};
 
 use crate::camera::Observation;
-use crate::pose::Pose;
+use crate::pose::{Pose, Twist};
 use crate::track::estimate::Notice;
 use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::uncertainty::turn_variance;
@@ -26,7 +26,7 @@ const SLIPS: (f64, f64, f64) = (2.0, 0.5, 20.0);
 const FOUND_RAD: f64 = 0.3;
 /// Standard deviation of the orientation, in radians, from which on a loop may be closed, and the
 /// largest part of its variance that may be left after that.
-const CLOSED: (f64, f64) = (0.03, 0.25);
+pub(crate) const CLOSED: (f64, f64) = (0.03, 0.25);
 /// Factor by which the orientation strays more, where points are learned, than its noise predicts.
 const STRAYS: f64 = 3.0;
 /// Part of the object's radius by which the position drifts per radian of the orientation.
@@ -100,14 +100,20 @@ impl Tracker {
             return;
         }
         let off = (expected.inverse() * hypothesis.pose).log();
-        let since = self.target.keyframes.last_known(after);
-        self.target.points.turn_back(&off, (before, after), since);
-        self.target.ranges.turn_back(&off, (before, after), since);
+        self.turn_back(expected, &off, (before, after));
+    }
+
+    /// Turns back what was learned since the orientation was known as well as after a motion that
+    /// closes a loop, and the motion; `drifts` are its variances before and after that.
+    pub(crate) fn turn_back(&mut self, expected: &Pose, off: &Twist, drifts: (f64, f64)) {
+        let since = self.target.keyframes.last_known(drifts.1);
+        self.target.points.turn_back(off, drifts, since);
+        self.target.ranges.turn_back(off, drifts, since);
         self.target.keyframes.tie(expected);
-        self.target.keyframes.turn_back(&off, (before, after), since);
-        self.target.bias.correct(&off);
+        self.target.keyframes.turn_back(off, drifts, since);
+        self.target.bias.correct(off);
         self.pending = None;
-        self.motion.correct(&off);
+        self.motion.correct(off);
         self.jitter.pause();
         self.held_back.pause();
         let degrees = off.fixed_rows::<3>(3).norm().to_degrees();

@@ -9,7 +9,7 @@ use crate::track::frame::input_checks::FARTHEST_S;
 use crate::track::motion::drift::slip;
 use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::uncertainty::turn_variance;
-use crate::track::target::keyframes::object_from_camera;
+use crate::track::target::keyframes::{Keyframe, object_from_camera};
 use crate::track::target::relief::UsualNoise;
 use crate::track::tracker::Tracker;
 
@@ -115,12 +115,13 @@ impl Tracker {
         let noise = turn_variance(&hypothesis.normal, self.target.solid.radius);
         let is_noisy = noise > NOISY * NOISY * self.held_back.usual_noise.follow(noise);
         let is_doubted = self.is_plain() || self.target.relief.is_open;
-        let slips = is_noisy && slip(quality, self.frame.open()) >= SLIPPERY && !is_doubted;
         let keyframes = &self.target.keyframes;
+        let camera = object_from_camera(observation, &hypothesis.pose);
+        let may_slip = is_noisy || keyframes.may_be_off(&camera, KNOWN_RAD * KNOWN_RAD, SAME_RAD);
+        let slips = may_slip && slip(quality, self.frame.open()) >= SLIPPERY && !is_doubted;
         if !slips {
             self.held_back.upcoming = keyframes.upcoming();
         }
-        let camera = object_from_camera(observation, &hypothesis.pose);
         let earlier = self.held_back.upcoming.saturating_sub(LEFT);
         let is_shown =
             !slips || keyframes.is_known(&camera, KNOWN_RAD * KNOWN_RAD, (earlier, SAME_RAD));
@@ -133,7 +134,7 @@ impl Tracker {
     /// much as that of the side which is seen, unless what is recognised is known better.
     pub(crate) fn held_back_at(&self, object_from_camera: &UnitQuaternion<f64>) -> f64 {
         let is_known = self.target.points.drift_variance <= KNOWN_RAD * KNOWN_RAD;
-        let of_side = self.target.keyframes.nearest(object_from_camera).map(|one| one.held_back);
+        let of_side = self.target.keyframes.nearest(object_from_camera).map(Keyframe::unseen_drift);
         let of_side = of_side.filter(|_| !is_known).unwrap_or(0.0);
         self.held_back.variance().max(of_side)
     }

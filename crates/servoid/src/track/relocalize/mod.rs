@@ -2,6 +2,7 @@
 
 mod detection;
 mod from_masks;
+mod known_side;
 mod known_turns;
 mod relocalizer;
 
@@ -115,7 +116,8 @@ impl Tracker {
             }
             let area = self.area(near);
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) = self.relocalizer.local(inputs, (near, search_range, area))?;
+            let (found, scored) =
+                self.relocalizer.local(inputs, (near, search_range, area), None)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);

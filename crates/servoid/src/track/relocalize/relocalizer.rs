@@ -50,13 +50,18 @@ impl Relocalizer {
         evolve::rng(self.seed, self.round)
     }
 
-    /// Evolves populations about a pose; returns the best of each, and the number of poses scored.
+    /// Evolves populations about a pose, scored by some surface points, or by such of all sides;
+    /// returns the best of each, and the number of poses scored.
     pub(crate) fn local(
         &mut self,
         inputs: Inputs<'_>,
         (pose, search_range, area): (&Pose, Deviation, f64),
+        points: Option<&[usize]>,
     ) -> Result<(&[Found], usize), GaError> {
-        self.spread_probes(&inputs);
+        match points {
+            Some(points) => points.clone_into(&mut self.around),
+            None => self.spread_probes(&inputs),
+        }
         self.best.clear();
         let mut evaluations = 0;
         for _ in 0..ISLANDS {

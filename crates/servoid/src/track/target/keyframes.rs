@@ -1,11 +1,11 @@
 use nalgebra::UnitQuaternion;
 
 use super::look::Look;
-use super::points::{Match, Points, bridged};
+use super::points::{Match, Points};
 use super::sighting::Sighting;
 use super::thumbnail::Thumbnail;
 use crate::camera::Observation;
-use crate::pose::{Pose, Twist};
+use crate::pose::Pose;
 use crate::shape::Projection;
 use crate::track::frame::occlusion::Occlusion;
 use crate::track::frame::window::Window;
@@ -24,8 +24,10 @@ pub(crate) struct Keyframe {
     pub(crate) guesses: bool,
     /// Variance of the object's orientation since the first image, in square radians.
     pub(crate) drift_variance: f64,
-    /// The part of it by which the orientation may have been held back, which no sighting shows.
+    /// The parts of it that no sighting shows: by which the orientation may have been held back, and
+    /// may still be off since a loop was closed.
     pub(crate) held_back: f64,
+    pub(crate) still_off: f64,
     /// The same by what motion alone tells, where distances are guesses that nothing confirms.
     pub(crate) relief_variance: Option<f64>,
     /// Projection of the world into each camera.
@@ -36,6 +38,13 @@ pub(crate) struct Keyframe {
     /// What the first camera saw, if that shows a pattern.
     pub(crate) thumbnail: Option<Thumbnail>,
     pub(crate) object_from_camera: UnitQuaternion<f64>,
+}
+
+impl Keyframe {
+    /// Returns the part of the variance of the orientation that no sighting shows.
+    pub(crate) fn unseen_drift(&self) -> f64 {
+        self.held_back + self.still_off
+    }
 }
 
 /// The data of a keyframe: the pose, the orientation of the first camera, and the projection of the
@@ -50,12 +59,12 @@ pub(crate) struct KeyframePose {
 
 /// A keyframe that was dropped: it moves with the last one before it.
 #[derive(Debug, Clone, Copy)]
-struct Former {
-    number: usize,
+pub(super) struct Former {
+    pub(super) number: usize,
     /// The keyframe from which the object came.
     from: Option<usize>,
-    world_from_object: Pose,
-    drift_variance: f64,
+    pub(super) world_from_object: Pose,
+    pub(super) drift_variance: f64,
 }
 
 /// The keyframes, in order of time.
@@ -63,23 +72,22 @@ struct Former {
 pub(crate) struct Keyframes {
     pub(crate) all: Vec<Keyframe>,
     /// Keyframes dropped to make room, of which only the pose is kept.
-    former: Vec<Former>,
+    pub(super) former: Vec<Former>,
     next: usize,
     /// Whether the object was followed since the last one.
     pub(crate) followed: bool,
     /// Pose of the object predicted by the keyframes since it left a known side and returned to it:
     /// the next keyframe connects the ends of that loop.
-    tie: Option<(usize, Pose)>,
+    pub(super) tie: Option<(usize, Pose)>,
     /// Number of further keyframes to be kept whatever they show, after a loop was closed.
-    closing: usize,
+    pub(super) closing: usize,
 }
 
 /// Angle between keyframes, in radians.
 const KEYFRAMES_APART: f64 = 0.10;
 /// The same while distances are guesses.
 const GUESSING: f64 = 0.04;
-/// Number of keyframes that connect the ends of a loop, and the angle between them.
-const TIES: usize = 3;
+/// Angle between keyframes that connect the ends of a loop, in radians.
 const CLOSE: f64 = 0.05;
 /// Angle within which a view belongs to the newest keyframe.
 const NEAR: f64 = 0.25;
@@ -121,16 +129,28 @@ impl Keyframes {
     }
 
     /// Returns whether a view is within an angle of that of the given pose, or of a keyframe before
-    /// one with a number that may have been held back by a variance at most.
+    /// one with a number whose drift that no sighting shows is a variance at most.
     pub(crate) fn is_known(
         &self,
         object_from_camera: &UnitQuaternion<f64>,
-        most_held_back: f64,
+        most_unseen: f64,
         (before, angle): (usize, f64),
     ) -> bool {
-        let is_earlier = |one: &Keyframe| one.number < before && one.held_back <= most_held_back;
+        let is_earlier = |one: &Keyframe| one.number < before && one.unseen_drift() <= most_unseen;
         let mut known = self.all.iter().filter(|one| one.is_given || is_earlier(one));
         known.any(|one| one.object_from_camera.angle_to(object_from_camera) < angle)
+    }
+
+    /// Returns whether a view is within an angle of that of a keyframe that may still be off by more
+    /// than a variance since a loop was closed.
+    pub(crate) fn may_be_off(
+        &self,
+        object_from_camera: &UnitQuaternion<f64>,
+        most: f64,
+        angle: f64,
+    ) -> bool {
+        let mut off = self.all.iter().filter(|one| one.still_off > most);
+        off.any(|one| one.object_from_camera.angle_to(object_from_camera) < angle)
     }
 
     /// Returns whether a view differs enough from the last keyframe and, unless `all_over` is set,
@@ -181,6 +201,7 @@ impl Keyframes {
             guesses,
             drift_variance: drift,
             held_back,
+            still_off: 0.0,
             relief_variance: None,
             cameras,
             sightings,
@@ -238,45 +259,6 @@ impl Keyframes {
         }
     }
 
-    /// Stores the predicted pose of the object, so that the next keyframe connects the ends of a
-    /// loop.
-    pub(crate) fn tie(&mut self, expected: &Pose) {
-        let last = self.all.last().filter(|_| self.followed);
-        self.tie = last.map(|last| (last.number, last.world_from_object.inverse() * *expected));
-    }
-
-    /// Returns whether a loop is waiting to be connected.
-    pub(crate) fn is_open(&self) -> bool {
-        self.tie.is_some()
-    }
-
-    /// Returns the number of the last keyframe whose orientation variance does not exceed a bound:
-    /// the drift occurred after it.
-    pub(crate) fn last_known(&self, variance: f64) -> Option<usize> {
-        self.all.iter().rev().find(|one| one.drift_variance <= variance).map(|one| one.number)
-    }
-
-    /// Turns back the keyframes since one of them, each by its share of a motion that closes a
-    /// loop; `drifts` are the variances of the orientation before and after that.
-    pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
-        for one in self.all.iter_mut().filter(|one| Some(one.number) > since) {
-            one.held_back *= 1.0 - bridged(one.drift_variance, drifts).0;
-        }
-        let former = self.former.iter_mut();
-        let former =
-            former.map(|one| (one.number, &mut one.world_from_object, &mut one.drift_variance));
-        let all = self.all.iter_mut();
-        let all = all.map(|one| (one.number, &mut one.world_from_object, &mut one.drift_variance));
-        for (_, pose, drift) in former.chain(all).filter(|(number, ..)| Some(*number) > since) {
-            let (share, left) = bridged(*drift, drifts);
-            *drift = left;
-            if share > 0.0 {
-                *pose = (*pose * Pose::exp(&(off * share))).renormalized();
-            }
-        }
-        self.closing = TIES;
-    }
-
     /// Moves all keyframes, dropped ones included, in the object's frame by the motion of their
     /// numbers.
     pub(crate) fn move_by(&mut self, by: impl Fn(usize) -> Pose) {
@@ -307,6 +289,7 @@ impl Keyframes {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::pose::Twist;
 
     /// Returns a keyframe of which motion tells the variance that guesses leave.
     pub(crate) fn told(variance: f64, object_from_camera: UnitQuaternion<f64>) -> Keyframes {

@@ -6,6 +6,7 @@ pub(super) mod contour_offsets;
 pub(super) mod feature;
 pub(super) mod keyframes;
 pub(super) mod look;
+mod loops;
 pub(super) mod points;
 pub(super) mod ranges;
 mod record;

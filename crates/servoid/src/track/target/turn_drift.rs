@@ -39,6 +39,15 @@ impl Points {
         median(&mut self.drifts)
     }
 
+    /// Returns the variance of the orientation that at least half of the points that agree with
+    /// images do not exceed; none if they are too few.
+    pub(crate) fn median_drift(&mut self, matches: &[Match]) -> Option<f64> {
+        self.drifts.clear();
+        let seen = matches.iter().filter(|one| one.is_recognised());
+        self.drifts.extend(seen.map(|one| self.features[one.view.point].drift_variance));
+        median(&mut self.drifts)
+    }
+
     /// Takes the points that agree with images as such that are recognised however the object turns.
     pub(crate) fn note_sliding(&mut self, matches: &[Match]) {
         for one in matches.iter().filter(|one| one.is_recognised()) {

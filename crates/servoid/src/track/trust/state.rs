@@ -28,6 +28,9 @@ const REGAINED: f64 = 0.8;
 /// Clear images in a row in which the orientation is not reliable, after which it is not reported again
 /// of an object that may be without print: what is recognised there again slid along meanwhile.
 const UNRELIABLE: usize = 5;
+/// Reliable images in a row after which it is reported again: what is recognised there may agree with
+/// a wrong one for a moment.
+const AGAIN: usize = 4;
 /// Weight of the newest image in a mean over a few.
 const LATELY: f64 = 0.3;
 /// Images without the object after which it counts as lost.
@@ -61,6 +64,8 @@ pub(in crate::track) struct Trust {
     pub(in crate::track) is_oriented: bool,
     /// Clear images in a row in which the orientation was not reliable.
     unreliable: usize,
+    /// Images in a row in which the orientation was reliable.
+    reliable: usize,
     /// Images in a row in which it was sought, as it was missed or not proved to be the lost one.
     sought: usize,
     /// Images since the orientation was last known well.
@@ -173,12 +178,20 @@ impl Trust {
     /// Decides whether an orientation is reported that is reliable by itself; an image may be clear, and
     /// the object surely printed.
     pub(in crate::track) fn orient(&mut self, is_reliable: bool, is_clear: bool, is_printed: bool) {
-        self.is_oriented = is_reliable && (is_printed || self.unreliable <= UNRELIABLE);
+        self.reliable = if is_reliable { self.reliable + 1 } else { 0 };
+        let was_long = self.unreliable > UNRELIABLE;
+        let is_again = is_printed && self.reliable >= AGAIN;
+        self.is_oriented = is_reliable && (!was_long || is_again);
         if self.is_oriented {
             self.unreliable = 0;
         } else if is_clear && !is_reliable {
             self.unreliable += 1;
         }
+    }
+
+    /// Notes that a known side was recognised, which shows the orientation without further images.
+    pub(in crate::track) fn know_turn(&mut self) {
+        self.reliable = AGAIN;
     }
 
     /// Begins a cooldown, which ends after some clear images.
@@ -269,14 +282,29 @@ mod tests {
                     trust.orient(false, true, is_printed);
                     assert!(!trust.is_oriented);
                 }
-                for _ in 0..100 {
+                for image in 1..100 {
                     trust.orient(true, true, is_printed);
-                    assert_eq!(trust.is_oriented, is_printed || images <= UNRELIABLE);
+                    let is_again = is_printed && image >= AGAIN;
+                    assert_eq!(trust.is_oriented, is_again || images <= UNRELIABLE);
                 }
                 trust.orient(true, true, true);
                 assert!(trust.is_oriented, "one that shows print at last");
             }
         }
+    }
+
+    #[test]
+    fn what_is_reliable_now_and_then_is_not_reported_again_unless_a_known_side_is_recognised() {
+        let mut trust = Trust::given(true);
+        for image in 0..100 {
+            let is_reliable = image > UNRELIABLE && image % AGAIN > 0;
+            trust.orient(is_reliable, true, true);
+            assert!(!trust.is_oriented, "{image}");
+        }
+        trust.orient(false, true, true);
+        trust.know_turn();
+        trust.orient(true, true, true);
+        assert!(trust.is_oriented);
     }
 
     #[test]

@@ -1,0 +1,101 @@
+//! Closes loops of keyframes: the object has turned back to a side that is known well.
+
+use super::keyframes::Keyframes;
+use super::points::bridged;
+use crate::pose::{Pose, Twist};
+
+/// Number of keyframes that connect the ends of a loop.
+const TIES: usize = 3;
+/// Standard deviation by which the orientation may still be off in the middle of a loop, as a share
+/// of the rotation that closed it.
+const STILL_OFF: f64 = 0.25;
+
+impl Keyframes {
+    /// Stores the predicted pose of the object, so that the next keyframe connects the ends of a
+    /// loop.
+    pub(crate) fn tie(&mut self, expected: &Pose) {
+        let last = self.all.last().filter(|_| self.followed);
+        self.tie = last.map(|last| (last.number, last.world_from_object.inverse() * *expected));
+    }
+
+    /// Returns whether a loop is waiting to be connected.
+    pub(crate) fn is_open(&self) -> bool {
+        self.tie.is_some()
+    }
+
+    /// Returns the number of the last keyframe whose orientation variance does not exceed a bound:
+    /// the drift occurred after it.
+    pub(crate) fn last_known(&self, variance: f64) -> Option<usize> {
+        self.all.iter().rev().find(|one| one.drift_variance <= variance).map(|one| one.number)
+    }
+
+    /// Turns back the keyframes since one of them, each by its share of a motion that closes a
+    /// loop; `drifts` are the variances of the orientation before and after that. Where on the way
+    /// the orientation was lost is not known, so those in the middle may still be off.
+    pub(crate) fn turn_back(&mut self, off: &Twist, drifts: (f64, f64), since: Option<usize>) {
+        let still_off = (2.0 * STILL_OFF * off.fixed_rows::<3>(3).norm()).powi(2);
+        let count = self.all.iter().filter(|one| Some(one.number) > since).count() as f64;
+        let between = self.all.iter_mut().filter(|one| Some(one.number) > since);
+        for (at, one) in between.enumerate() {
+            let (share, way) =
+                (bridged(one.drift_variance, drifts).0, (at + 1) as f64 / (count + 1.0));
+            let middle = (share * (1.0 - share)).max(way * (1.0 - way));
+            one.held_back *= 1.0 - share;
+            one.still_off = one.still_off * (1.0 - share) + still_off * middle;
+        }
+        let former = self.former.iter_mut();
+        let former =
+            former.map(|one| (one.number, &mut one.world_from_object, &mut one.drift_variance));
+        let all = self.all.iter_mut();
+        let all = all.map(|one| (one.number, &mut one.world_from_object, &mut one.drift_variance));
+        for (_, pose, drift) in former.chain(all).filter(|(number, ..)| Some(*number) > since) {
+            let (share, left) = bridged(*drift, drifts);
+            *drift = left;
+            if share > 0.0 {
+                *pose = (*pose * Pose::exp(&(off * share))).renormalized();
+            }
+        }
+        self.closing = TIES;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::keyframes::tests::keep;
+    use super::*;
+
+    /// Closes a loop of keyframes by a rotation; their orientations drifted evenly.
+    fn closed(turned: f64) -> Keyframes {
+        let mut keyframes = Keyframes::default();
+        for number in 0..11 {
+            keep(&mut keyframes, 0.1 * f64::from(number));
+            keyframes.all[number as usize].drift_variance = 0.01 * f64::from(number);
+        }
+        let off = Twist::new(0.0, 0.0, 0.0, 0.0, turned, 0.0);
+        keyframes.turn_back(&off, (0.1, 0.0), Some(0));
+        keyframes
+    }
+
+    #[test]
+    fn the_middle_of_a_loop_may_still_be_off_the_more_the_farther_it_was_turned_back() {
+        let still_off = |turned: f64, number: usize| closed(turned).all[number].still_off.sqrt();
+        for turned in [0.0, 0.1, 0.5] {
+            assert_eq!(still_off(turned, 0), 0.0, "it was known before");
+            assert!((still_off(turned, 5) - STILL_OFF * turned).abs() < 0.01 * turned + 1e-12);
+            for number in 1..5 {
+                assert!(still_off(turned, number) <= still_off(turned, number + 1));
+                assert!(still_off(turned, 11 - number) <= still_off(turned, 10 - number));
+            }
+        }
+        assert!(still_off(0.5, 3) > still_off(0.1, 3));
+    }
+
+    #[test]
+    fn a_view_may_be_off_where_a_loop_was_turned_back_far_and_nowhere_else() {
+        let camera = |turned: f64| nalgebra::UnitQuaternion::from_euler_angles(0.0, -turned, 0.0);
+        let may_be_off =
+            |by: f64, view: f64| closed(by).may_be_off(&camera(view), 0.03 * 0.03, 0.12);
+        assert!(may_be_off(0.5, 0.5) && !may_be_off(0.05, 0.5));
+        assert!(!may_be_off(0.5, 0.5 + 1.0) && !may_be_off(0.5, -0.05));
+    }
+}

@@ -56,8 +56,8 @@ def test_a_known_side_that_comes_back_is_recognised_whatever_was_learned_on_the_
     # tracked rightly; with noise it was once it faced the cameras, in image 108 of the turn's 120.
     found = _turned(variant, seed, tmp_path)
     assert not found.trusted_wrong.any()
-    adrift = [at for at in range(50, 120) if not found.tracking[at]]
-    assert max(adrift) < 100  # 91 and 94
+    sought = [at for at in range(50, 120) if not found.tracking[at]]
+    assert max(sought, default=0) < 105  # 91 and 94
     assert found.right.mean() > 0.5  # 59 and 61 %
 
 

@@ -96,7 +96,8 @@ impl Tracker {
     pub(crate) fn close_loop(&mut self, expected: &Pose, hypothesis: &Hypothesis, before: f64) {
         let (least, left) = CLOSED;
         let after = self.target.points.drift_variance;
-        if before < least * least || after > left * before || self.is_plain() {
+        let is_closed = self.target.keyframes.is_open();
+        if before < least * least || after > left * before || self.is_plain() || is_closed {
             return;
         }
         let off = (expected.inverse() * hypothesis.pose).log();

@@ -11,20 +11,23 @@ use crate::track::estimate::Status;
 use crate::track::inputs::Inputs;
 use crate::track::motion::drift::CLOSED;
 use crate::track::pose::hypothesis::{COARSEST, Hypothesis};
+use crate::track::pose::refine::Workspace;
 use crate::track::target::keyframes::object_from_camera;
-use crate::track::target::points::{InView, LEAST_KNOWN};
+use crate::track::target::points::{LEAST_KNOWN, thin};
 use crate::track::tracker::{MARGIN, Tracker};
+use crate::track::trust::CLEAR;
 
-/// Images in a row in which the orientation has drifted from which on a known side is sought: one
-/// that has just turned away is no loop. Images from one search to the next, and which of them
-/// search: not those in which a rival is sought.
+/// Images in which the orientation had drifted from which on a known side is sought: one that has
+/// just turned away is no loop.
 const ADRIFT_FOR: usize = 8;
+/// Images from one search to the next, and the same after many images. Rivals are sought in even
+/// images, known sides in odd ones.
 const EVERY: usize = 2;
-const TURN: usize = 1;
+const SELDOM: (usize, usize) = (64, 8);
 /// Standard deviation of the orientation, in radians, up to which a side is known.
 const KNOWN_RAD: f64 = 0.04;
 /// Standard deviations of the drift within which a known side is sought.
-const WITHIN: f64 = 2.5;
+const WITHIN_SDS: f64 = 2.5;
 /// Starts of searches on the way from the view that is followed to the nearest known one, ends
 /// included; the searches take turns.
 const STARTS: usize = 4;
@@ -51,40 +54,49 @@ impl Tracker {
         expected: &mut Pose,
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
-        let adrift = self.trust.adrift;
-        if self.status != Status::Tracking
-            || adrift < ADRIFT_FOR
-            || adrift % EVERY != TURN
-            || self.is_plain()
-        {
-            return Ok(0);
-        }
-        let (before, most) = (self.target.points.drift_variance, self.most_known());
-        let start = self.toward_known_side(observation, &hypothesis.pose, adrift / EVERY);
+        let Some(start) = self.start_of_search(observation, &hypothesis.pose) else { return Ok(0) };
         // The matches of the hypothesis refer to these.
+        let visible = self.workspace.visible.clone();
         let in_view = self.workspace.in_view.clone();
-        self.known_in_view(&start, most);
+        self.known_in_view(&start);
         if self.workspace.in_view.len() < self.least_known() {
-            self.workspace.in_view = in_view;
+            (self.workspace.visible, self.workspace.in_view) = (visible, in_view);
             return Ok(0);
         }
         let (found, scored) = self.known_side(observation, &hypothesis.pose, &start)?;
-        let Some(found) = found else {
-            self.open_windows(observation, &hypothesis.pose, MARGIN);
-            self.points_in_view(&hypothesis.pose);
-            let prior = self.motion.prior(observation.time_s, self.process_noise());
-            *hypothesis = self.evaluate(observation, &hypothesis.pose, Some(&prior));
-            return Ok(scored);
-        };
-        let off = (expected.inverse() * found.pose).log();
-        self.turn_back(expected, &off, (before, found.drift_variance));
-        self.target.points.drift_variance = found.drift_variance;
-        self.trust.know_turn();
-        *expected = self.motion.predict(observation.time_s);
-        self.open_windows(observation, &found.pose, MARGIN);
-        self.points_in_view(&found.pose);
-        *hypothesis = self.hypothesis(observation, &found.pose, 0, None);
+        let place = found.as_ref().map_or(hypothesis.pose, |found| found.pose);
+        if let Some(found) = &found {
+            let drifts = (self.target.points.drift_variance, self.most_known());
+            let off = (expected.inverse() * found.pose).log();
+            self.turn_back(expected, &off, drifts);
+            self.target.points.drift_variance = found.drift_variance;
+            *expected = self.motion.predict(observation.time_s);
+        }
+        self.open_windows(observation, &place, MARGIN);
+        self.points_in_view(&place);
+        let prior = self.motion.prior(observation.time_s, self.process_noise());
+        if found.is_some() {
+            *hypothesis = self.hypothesis(observation, &place, 0, Some(&prior));
+            if hypothesis.quality.share >= CLEAR {
+                self.trust.confirm_turn();
+            }
+        } else {
+            *hypothesis = self.evaluate(observation, &place, Some(&prior));
+            self.penalize_jump(expected, hypothesis);
+        }
         Ok(scored)
+    }
+
+    /// Returns where a search starts in this image, if a known side is sought in it.
+    fn start_of_search(&self, observation: &Observation<'_>, followed: &Pose) -> Option<Pose> {
+        let adrift = self.trust.adrift;
+        let every = if adrift < SELDOM.0 { EVERY } else { SELDOM.1 };
+        let is_due = adrift >= ADRIFT_FOR && adrift % every == 1;
+        let can_see = self.status == Status::Tracking && !self.frame.is_stale();
+        if !is_due || !can_see || self.is_plain() {
+            return None;
+        }
+        self.toward_known_side(observation, followed, adrift / every)
     }
 
     /// Searches around a start for a pose, near the one that is followed, at which the known points
@@ -95,10 +107,8 @@ impl Tracker {
         followed: &Pose,
         start: &Pose,
     ) -> Result<(Option<KnownSide>, usize), TrackError> {
-        let most = self.most_known();
-        let within = WITHIN * self.target.points.drift_variance.sqrt();
+        let within = WITHIN_SDS * self.target.points.drift_variance.sqrt();
         self.open_windows(observation, start, MARGIN);
-        self.known_in_view(start, most);
         let mut known: Vec<usize> = self.workspace.in_view.iter().map(|view| view.point).collect();
         known.sort_unstable();
         known.dedup();
@@ -106,18 +116,18 @@ impl Tracker {
         let area = self.area(start);
         let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
         let place = (start, range, area);
-        let (found, mut scored) = self.relocalizer.local(inputs, place, Some(&known))?;
-        let candidates: Vec<Pose> = found.iter().map(|one| one.pose).collect();
+        let found = self.relocalizer.by_points(inputs, place, &known)?;
+        let mut scored = found.evaluations;
         let mut best: Option<KnownSide> = None;
-        for candidate in &candidates {
-            self.known_in_view(candidate, most);
+        for candidate in &[found.pose, *followed] {
+            self.known_in_view(candidate);
             let pose = self.hypothesis(observation, candidate, COARSEST, None).pose;
-            self.known_in_view(&pose, most);
+            self.known_in_view(&pose);
             let quality = self.evaluate(observation, &pose, None).quality;
             scored += 1;
             let least = self.least_known() as f64;
             let is_seen = quality.share >= LEAST_SHARE
-                && quality.recognised.min(quality.textured) >= least
+                && quality.textured >= least
                 && (followed.rotation().inverse() * pose.rotation()).angle() < within;
             let drift = self.target.points.median_drift(&self.workspace.matches);
             let Some(drift_variance) = drift.filter(|_| is_seen) else { continue };
@@ -139,38 +149,42 @@ impl Tracker {
         LEAST_KNOWN * self.frame.open().max(1)
     }
 
-    /// Selects the points that should be visible at a pose and whose variance of the orientation is
-    /// known up to a bound.
-    fn known_in_view(&mut self, pose: &Pose, most: f64) {
+    /// Selects the known points that should be visible at a pose.
+    fn known_in_view(&mut self, pose: &Pose) {
         self.points_in_view(pose);
+        let most = self.most_known();
         let features = &self.target.points.features;
-        let is_known = |view: &InView| {
+        let Workspace { visible, in_view, .. } = &mut self.workspace;
+        visible.retain(|view| {
             let feature = &features[view.point];
             feature.drift_variance <= most && !feature.slides
-        };
-        self.workspace.in_view.retain(is_known);
+        });
+        in_view.clear();
+        for of_camera in visible.chunk_by(|one, other| one.camera == other.camera) {
+            thin(of_camera, self.settings.points, in_view);
+        }
     }
 
     /// Returns a pose that is turned some way from another to where the first camera sees the
-    /// nearest known side, as far as the orientation may have drifted.
+    /// nearest known side, as far as the orientation may have drifted; none if no side is known.
     fn toward_known_side(
         &self,
         observation: &Observation<'_>,
         pose: &Pose,
         attempt: usize,
-    ) -> Pose {
+    ) -> Option<Pose> {
         let most = self.most_known();
-        let within = WITHIN * self.target.points.drift_variance.sqrt();
+        let within = WITHIN_SDS * self.target.points.drift_variance.sqrt();
         let sight = |camera: &UnitQuaternion<f64>| camera * Vector3::z();
         let now = sight(&object_from_camera(observation, pose));
         let known = self.target.keyframes.all.iter().filter(|one| one.drift_variance <= most);
         let known = known.map(|one| sight(&one.object_from_camera));
-        let nearest = known.min_by(|a, b| now.angle(a).total_cmp(&now.angle(b)));
-        let turn = nearest.and_then(|known| UnitQuaternion::rotation_between(&known, &now));
-        let Some((axis, angle)) = turn.and_then(|turn| turn.axis_angle()) else { return *pose };
+        let nearest = known.min_by(|a, b| now.angle(a).total_cmp(&now.angle(b)))?;
+        let turn = UnitQuaternion::rotation_between(&nearest, &now).unwrap_or_default();
+        let Some((axis, angle)) = turn.axis_angle() else { return Some(*pose) };
         let part = (attempt % STARTS) as f64 / (STARTS - 1) as f64;
         let turn = UnitQuaternion::from_axis_angle(&axis, part * angle.min(within));
-        *pose * Pose::from_rotation(turn, Vector3::zeros())
+        Some(*pose * Pose::from_rotation(turn, Vector3::zeros()))
     }
 }
 
@@ -205,10 +219,10 @@ mod tests {
             let angle =
                 |one: &Pose, other: &Pose| (one.rotation().inverse() * other.rotation()).angle();
             let starts: Vec<Pose> = (0..STARTS)
-                .map(|attempt| tracker.toward_known_side(&observation, &followed, attempt))
+                .map(|attempt| tracker.toward_known_side(&observation, &followed, attempt).unwrap())
                 .collect();
             assert!(angle(&starts[0], &followed) < 1e-9);
-            let way = 0.6_f64.min(WITHIN * drift);
+            let way = 0.6_f64.min(WITHIN_SDS * drift);
             for (at, start) in starts.iter().enumerate() {
                 let part = way * at as f64 / (STARTS - 1) as f64;
                 assert!((angle(start, &followed) - part).abs() < 1e-9, "{drift}");
@@ -225,7 +239,7 @@ mod tests {
         let mut is_sought = |drift: f64, known: f64| {
             tracker.target.points.drift_variance = drift * drift;
             tracker.target.keyframes.all[0].drift_variance = known * known;
-            tracker.toward_known_side(&observation, &followed, STARTS - 1) != followed
+            tracker.toward_known_side(&observation, &followed, STARTS - 1).is_some()
         };
         assert!(is_sought(0.2, 0.0) && is_sought(0.2, 0.9 * KNOWN_RAD));
         assert!(!is_sought(0.2, 1.1 * KNOWN_RAD) && !is_sought(1.2 * KNOWN_RAD, 0.9 * KNOWN_RAD));

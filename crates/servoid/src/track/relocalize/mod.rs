@@ -116,8 +116,7 @@ impl Tracker {
             }
             let area = self.area(near);
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
-            let (found, scored) =
-                self.relocalizer.local(inputs, (near, search_range, area), None)?;
+            let (found, scored) = self.relocalizer.local(inputs, (near, search_range, area))?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
             self.choose(observation, &candidates, hypothesis);

@@ -50,31 +50,35 @@ impl Relocalizer {
         evolve::rng(self.seed, self.round)
     }
 
-    /// Evolves populations about a pose, scored by some surface points, or by such of all sides;
-    /// returns the best of each, and the number of poses scored.
+    /// Evolves populations about a pose; returns the best of each, and the number of poses scored.
     pub(crate) fn local(
         &mut self,
         inputs: Inputs<'_>,
         (pose, search_range, area): (&Pose, Deviation, f64),
-        points: Option<&[usize]>,
     ) -> Result<(&[Found], usize), GaError> {
-        match points {
-            Some(points) => points.clone_into(&mut self.around),
-            None => self.spread_probes(&inputs),
-        }
+        self.spread_probes(&inputs);
         self.best.clear();
         let mut evaluations = 0;
         for _ in 0..ISLANDS {
             let scorer = Scorer { inputs, probes: Probes::Facing(&self.around), area };
             self.round += 1;
             let rng = evolve::rng(self.seed, self.round);
-            let mut search = Search::new(POPULATION, rng)?;
-            let found =
-                search.run(&scorer, (pose, pose), search_range, |bred| bred < GENERATIONS)?;
+            let found = evolved(&scorer, (pose, search_range), rng)?;
             evaluations += found.evaluations;
             self.best.push(found);
         }
         Ok((&self.best, evaluations))
+    }
+
+    /// Evolves a population about a pose, scored by these surface points; returns its best.
+    pub(crate) fn by_points(
+        &mut self,
+        inputs: Inputs<'_>,
+        (pose, search_range, area): (&Pose, Deviation, f64),
+        points: &[usize],
+    ) -> Result<Found, GaError> {
+        let scorer = Scorer { inputs, probes: Probes::Facing(points), area };
+        evolved(&scorer, (pose, search_range), self.next_rng())
     }
 
     /// Searches for the object in the whole images, at distances from near to far: half of the
@@ -115,10 +119,8 @@ impl Relocalizer {
         let search_range = (NEAR.0 * radius, NEAR.1);
         for found in &mut self.best {
             self.round += 1;
-            let mut search = Search::new(POPULATION, evolve::rng(self.seed, self.round))?;
-            *found = search.run(&scorer, (&found.pose, &found.pose), search_range, |bred| {
-                bred < GENERATIONS
-            })?;
+            let rng = evolve::rng(self.seed, self.round);
+            *found = evolved(&scorer, (&found.pose, search_range), rng)?;
             evaluations += found.evaluations;
         }
         self.best.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -130,6 +132,16 @@ impl Relocalizer {
         self.around.clear();
         self.around.extend((0..count.min(PROBES)).map(|i| i * count / count.min(PROBES)));
     }
+}
+
+/// Evolves a population about a pose; returns its best.
+fn evolved(
+    scorer: &Scorer<'_>,
+    (pose, search_range): (&Pose, Deviation),
+    rng: Rng,
+) -> Result<Found, GaError> {
+    let mut search = Search::new(POPULATION, rng)?;
+    search.run(scorer, (pose, pose), search_range, |bred| bred < GENERATIONS)
 }
 
 /// Scores the body, in a known orientation and any other, at positions all over the first open

@@ -300,7 +300,7 @@ pub(crate) fn by_motion(slope: &Matrix2x3<f64>, point: &Vector3<f64>) -> Matrix2
 }
 
 /// Selects `most` of all entries, evenly.
-fn thin(all: &[InView], most: usize, out: &mut Vec<InView>) {
+pub(crate) fn thin(all: &[InView], most: usize, out: &mut Vec<InView>) {
     let (count, kept) = (all.len(), all.len().min(most));
     out.extend((0..kept).map(|at| all[at * count / kept]));
 }

@@ -326,7 +326,8 @@ mod tests {
             let best = best.unwrap();
             prop_assert!(best.correlation > 0.8, "{best:?}");
             let seen = window.point(&best.origin_px, best.depth).unwrap();
-            prop_assert!(libm::log(seen.z / depth).abs() < DISTANCE_STEP, "{seen}");
+            // The nearest of the distances that are tried, or the one beside it.
+            prop_assert!(libm::log(seen.z / depth).abs() < 1.5 * DISTANCE_STEP, "{seen}");
             let across = (seen / seen.z - Vector3::from(place) / depth).norm() * depth;
             prop_assert!(across < 0.2 * RADIUS_M, "{across}");
         }

@@ -30,7 +30,7 @@ const REGAINED: f64 = 0.8;
 const UNRELIABLE: usize = 5;
 /// Reliable images in a row after which it is reported again: what is recognised there may agree with
 /// a wrong one for a moment.
-const AGAIN: usize = 4;
+const REPORTED_AGAIN: usize = 4;
 /// Weight of the newest image in a mean over a few.
 const LATELY: f64 = 0.3;
 /// Images without the object after which it counts as lost.
@@ -68,7 +68,7 @@ pub(in crate::track) struct Trust {
     reliable: usize,
     /// Images in a row in which it was sought, as it was missed or not proved to be the lost one.
     sought: usize,
-    /// Images since the orientation was last known well.
+    /// Images in which the orientation had drifted, since it was last known well.
     pub(in crate::track) adrift: usize,
     /// Images since as much of it as usual was seen.
     pub(in crate::track) doubtful: usize,
@@ -180,7 +180,7 @@ impl Trust {
     pub(in crate::track) fn orient(&mut self, is_reliable: bool, is_clear: bool, is_printed: bool) {
         self.reliable = if is_reliable { self.reliable + 1 } else { 0 };
         let was_long = self.unreliable > UNRELIABLE;
-        let is_again = is_printed && self.reliable >= AGAIN;
+        let is_again = is_printed && self.reliable >= REPORTED_AGAIN;
         self.is_oriented = is_reliable && (!was_long || is_again);
         if self.is_oriented {
             self.unreliable = 0;
@@ -190,8 +190,8 @@ impl Trust {
     }
 
     /// Notes that a known side was recognised, which shows the orientation without further images.
-    pub(in crate::track) fn know_turn(&mut self) {
-        self.reliable = AGAIN;
+    pub(in crate::track) fn confirm_turn(&mut self) {
+        self.reliable = REPORTED_AGAIN;
     }
 
     /// Begins a cooldown, which ends after some clear images.
@@ -284,7 +284,7 @@ mod tests {
                 }
                 for image in 1..100 {
                     trust.orient(true, true, is_printed);
-                    let is_again = is_printed && image >= AGAIN;
+                    let is_again = is_printed && image >= REPORTED_AGAIN;
                     assert_eq!(trust.is_oriented, is_again || images <= UNRELIABLE);
                 }
                 trust.orient(true, true, true);
@@ -297,12 +297,12 @@ mod tests {
     fn what_is_reliable_now_and_then_is_not_reported_again_unless_a_known_side_is_recognised() {
         let mut trust = Trust::given(true);
         for image in 0..100 {
-            let is_reliable = image > UNRELIABLE && image % AGAIN > 0;
+            let is_reliable = image > UNRELIABLE && image % REPORTED_AGAIN > 0;
             trust.orient(is_reliable, true, true);
             assert!(!trust.is_oriented, "{image}");
         }
         trust.orient(false, true, true);
-        trust.know_turn();
+        trust.confirm_turn();
         trust.orient(true, true, true);
         assert!(trust.is_oriented);
     }

@@ -177,12 +177,7 @@ impl Target {
                 }
             }
         }
-        let drifts = self
-            .keyframes
-            .all
-            .iter()
-            .flat_map(|one| one.sightings.iter().map(|seen| (seen.id, one.drift_variance)));
-        self.points.know_drift(drifts);
+        self.points.know_drift(self.keyframes.drifts_of_points());
         self.keyframes.renew_former();
         self.ranges.know_drift(&self.keyframes);
         last

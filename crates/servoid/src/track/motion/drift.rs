@@ -112,6 +112,7 @@ impl Tracker {
         self.target.ranges.turn_back(off, drifts, since);
         self.target.keyframes.tie(expected);
         self.target.keyframes.turn_back(off, drifts, since);
+        self.target.points.know_drift(self.target.keyframes.drifts_of_points());
         self.target.bias.correct(off);
         self.pending = None;
         self.motion.correct(off);

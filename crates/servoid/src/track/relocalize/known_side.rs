@@ -23,7 +23,7 @@ const ADRIFT_FOR: usize = 8;
 /// Images from one search to the next, and the same after many images. Rivals are sought in even
 /// images, known sides in odd ones.
 const EVERY: usize = 2;
-const SELDOM: (usize, usize) = (64, 8);
+const SELDOM: (usize, usize) = (128, 8);
 /// Standard deviation of the orientation, in radians, up to which a side is known.
 const KNOWN_RAD: f64 = 0.04;
 /// Standard deviations of the drift within which a known side is sought.
@@ -32,7 +32,7 @@ const WITHIN_SDS: f64 = 2.5;
 /// included; the searches take turns.
 const STARTS: usize = 4;
 /// Search range around a start, in radii and radians.
-const RANGE: (f64, f64) = (0.15, 0.35);
+const RANGE: (f64, f64) = (0.25, 0.35);
 /// Least share of the known points, the outline and the colours that must be seen.
 const LEAST_SHARE: f64 = 0.85;
 
@@ -175,12 +175,11 @@ impl Tracker {
     ) -> Option<Pose> {
         let most = self.most_known();
         let within = WITHIN_SDS * self.target.points.drift_variance.sqrt();
-        let sight = |camera: &UnitQuaternion<f64>| camera * Vector3::z();
-        let now = sight(&object_from_camera(observation, pose));
+        let now = object_from_camera(observation, pose);
         let known = self.target.keyframes.all.iter().filter(|one| one.drift_variance <= most);
-        let known = known.map(|one| sight(&one.object_from_camera));
-        let nearest = known.min_by(|a, b| now.angle(a).total_cmp(&now.angle(b)))?;
-        let turn = UnitQuaternion::rotation_between(&nearest, &now).unwrap_or_default();
+        let known = known.map(|one| one.object_from_camera);
+        let nearest = known.min_by(|a, b| now.angle_to(a).total_cmp(&now.angle_to(b)))?;
+        let turn = now * nearest.inverse();
         let Some((axis, angle)) = turn.axis_angle() else { return Some(*pose) };
         let part = (attempt % STARTS) as f64 / (STARTS - 1) as f64;
         let turn = UnitQuaternion::from_axis_angle(&axis, part * angle.min(within));

@@ -57,7 +57,18 @@ impl Keyframes {
                 *pose = (*pose * Pose::exp(&(off * share))).renormalized();
             }
         }
+        for one in self.all.iter_mut().filter(|one| Some(one.number) > since) {
+            one.drift_variance = one.drift_variance.max(one.still_off);
+        }
         self.closing = TIES;
+    }
+
+    /// Returns the numbers of the points that keyframes saw, each with the variance of the
+    /// orientation there.
+    pub(crate) fn drifts_of_points(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.all
+            .iter()
+            .flat_map(|one| one.sightings.iter().map(|seen| (seen.id, one.drift_variance)))
     }
 }
 

@@ -116,6 +116,6 @@ def test_one_eye_that_sees_a_flat_side_of_a_known_cube_does_not_trust_a_mirrored
     # Where the body is believed throughout, 5 and 14 of 99 are, and 30 and 39 % are wrong.
     assert found.trusted_wrong.sum() == 0
     assert found.wrong.mean() < 0.1
-    # 0.30 before it turns; 0.31 to 0.36 were, when one reliable image after many others was enough
-    # to report the rotation again.
+    # 0.30 before it turns; one image more is, with both seeds, where one reliable image after many
+    # others is enough to report the rotation again, instead of four.
     assert found.tracking.mean() > 0.3

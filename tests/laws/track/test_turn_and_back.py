@@ -19,19 +19,19 @@ def test_a_turn_that_lags_on_a_bare_side_is_found_before_it_is_wrong(
     # back by 30 degrees: 9 and 24 images were wrong and trusted, and 60 and 64 % tracked rightly.
     found = _turned("as it is", seed, tmp_path)
     assert not found.trusted_wrong.any()
-    assert found.right.mean() > 0.74  # 77 and 77 %
+    assert found.right.mean() > 0.74  # 79 and 79 %
 
 
 @pytest.mark.extended
 @pytest.mark.parametrize("seed", [0, 1])
-def test_noise_lets_a_turn_be_sought_and_hardly_ever_wrong(seed: int, tmp_path: Path) -> None:
+def test_noise_lets_a_turn_be_sought_and_never_wrong(seed: int, tmp_path: Path) -> None:
     # Few printed points were recognised, and told too little drift: 18 images were trusted wrongly
     # with seed 0. Residuals that weighed points in noise let the turn slip: 23 were, with seed 1.
-    # One is with seed 0, 15.0 degrees off: a known side comes back, by which the drift is small
-    # again, five images before the adjustment by that side corrects the rotation by 10 degrees.
+    # One was with seed 0: a known side that came back made the drift small five images before an
+    # adjustment by that side corrected the rotation by 10 degrees.
     found = _turned("noise", seed, tmp_path)
-    assert found.trusted_wrong.sum() <= 1
-    assert found.right.mean() > 0.5  # 71 and 72 %
+    assert not found.trusted_wrong.any()
+    assert found.right.mean() > 0.5  # 67 and 62 %
 
 
 @pytest.mark.extended
@@ -43,7 +43,7 @@ def test_a_turn_that_a_bare_side_held_back_is_doubted_until_a_known_side_returns
     # the adjustment of keyframes knew: 9 and 86 images were trusted wrongly, 5 and 73 in a row.
     found = _turned("JPEG", seed, tmp_path)
     assert not found.trusted_wrong.any()
-    assert found.right.mean() > 0.5  # 74 and 56 %
+    assert found.right.mean() > 0.5  # 61 and 62 %
 
 
 @pytest.mark.extended
@@ -57,7 +57,7 @@ def test_a_known_side_that_comes_back_is_recognised_whatever_was_learned_on_the_
     found = _turned(variant, seed, tmp_path)
     assert not found.trusted_wrong.any()
     sought = [at for at in range(50, 120) if not found.tracking[at]]
-    assert max(sought, default=0) < 105  # 91 and 94
+    assert max(sought, default=0) < 100  # 90 and 92
     assert found.right.mean() > 0.5  # 59 and 61 %
 
 

@@ -222,15 +222,14 @@ def test_a_turn_that_is_played_backwards_gives_the_same_body(
     runs = [turn.one, back]
     bodies = [in_object(turning, one) for one in runs]
     alike = like(*bodies)
-    # 0.83 to 0.88 and 0.91 to 0.92: how the two agree hangs on rounding. Of other drills it is 0.74
-    # and 0.82 before known sides were sought, and 0.77 and 0.80 since; neither is farther from the
-    # object.
-    assert alike.volume > 0.8 and alike.silhouette > 0.89
+    # 0.90 and 0.94 of the bottle, 0.825 and 0.92 of the drill; 0.84 before known sides were sought
+    # by their own points, which gave 0.88 with another seed, and gives 0.90 now.
+    assert alike.volume > 0.82 and alike.silhouette > 0.89
     for one, body in zip(runs, bodies, strict=True):
         first, last = (
             like_object(each, name) for each in (in_object(turning, one, one.initial), body)
         )
-        assert last.volume > max(first.volume, 0.8)  # 0.84 was measured, and 0.72 of first looks
+        assert last.volume > max(first.volume, 0.8)  # 0.83 was measured, and 0.72 of first looks
 
 
 def sizes_to_and_fro() -> tuple[list[tuple[float, int]], int]:

@@ -96,8 +96,9 @@ impl Tracker {
     pub(crate) fn close_loop(&mut self, expected: &Pose, hypothesis: &Hypothesis, before: f64) {
         let (least, left) = CLOSED;
         let after = self.target.points.drift_variance;
-        let is_closed = self.target.keyframes.is_open();
-        if before < least * least || after > left * before || self.is_plain() || is_closed {
+        // In the step in which a known side was recognised, the loop is already closed.
+        let is_over = self.target.keyframes.is_open();
+        if before < least * least || after > left * before || self.is_plain() || is_over {
             return;
         }
         let off = (expected.inverse() * hypothesis.pose).log();

@@ -63,7 +63,10 @@ impl Tracker {
             (self.workspace.visible, self.workspace.in_view) = (visible, in_view);
             return Ok(0);
         }
-        let (found, scored) = self.known_side(observation, &hypothesis.pose, &start)?;
+        let mut known: Vec<usize> = self.workspace.in_view.iter().map(|view| view.point).collect();
+        known.sort_unstable();
+        known.dedup();
+        let (found, scored) = self.known_side(observation, &hypothesis.pose, (&start, &known))?;
         let place = found.as_ref().map_or(hypothesis.pose, |found| found.pose);
         if let Some(found) = &found {
             let drifts = (self.target.points.drift_variance, self.most_known());
@@ -99,24 +102,21 @@ impl Tracker {
         self.toward_known_side(observation, followed, adrift / every)
     }
 
-    /// Searches around a start for a pose, near the one that is followed, at which the known points
-    /// are recognised; returns the best one, and the number of poses scored.
+    /// Searches around a start, scored by known points, for a pose near the one that is followed at
+    /// which such points are recognised; returns the best one, and the number of poses scored.
     fn known_side(
         &mut self,
         observation: &Observation<'_>,
         followed: &Pose,
-        start: &Pose,
+        (start, known): (&Pose, &[usize]),
     ) -> Result<(Option<KnownSide>, usize), TrackError> {
         let within = WITHIN_SDS * self.target.points.drift_variance.sqrt();
         self.open_windows(observation, start, MARGIN);
-        let mut known: Vec<usize> = self.workspace.in_view.iter().map(|view| view.point).collect();
-        known.sort_unstable();
-        known.dedup();
         let range = (RANGE.0 * self.target.solid.radius, RANGE.1);
         let area = self.area(start);
         let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
         let place = (start, range, area);
-        let found = self.relocalizer.by_points(inputs, place, &known)?;
+        let found = self.relocalizer.by_points(inputs, place, known)?;
         let mut scored = found.evaluations;
         let mut best: Option<KnownSide> = None;
         for candidate in &[found.pose, *followed] {

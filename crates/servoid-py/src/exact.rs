@@ -1,21 +1,33 @@
 //! Elementary functions and small linear algebra with the same bits on every processor.
 
 use nalgebra::{DMatrix, DVector};
+use numpy::ndarray::Array2;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyReadonlyArray1, PyReadonlyArray2,
-    PyReadonlyArrayDyn,
+    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyFloat;
 
 /// Eigenvalues and eigenvectors.
 type Eigen<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// A number, or an array of numbers of any shape.
-#[derive(FromPyObject)]
 pub enum Numbers<'py> {
     Array(PyReadonlyArrayDyn<'py, f64>),
     One(f64),
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Numbers<'py> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        // That a number is no array takes longer to find out than what is computed of it.
+        if let Ok(number) = given.cast::<PyFloat>() {
+            return Ok(Self::One(number.value()));
+        }
+        given.extract().map(Self::Array).or_else(|_| given.extract().map(Self::One))
+    }
 }
 
 impl<'py> Numbers<'py> {
@@ -78,23 +90,22 @@ pub fn exact_product<'py>(
     py: Python<'py>,
     a: PyReadonlyArray2<'py, f64>,
     b: PyReadonlyArray2<'py, f64>,
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (a, b) = (a.as_array(), b.as_array());
     let (count, inner, width) = (a.nrows(), a.ncols(), b.ncols());
     if inner != b.nrows() {
         let message = format!("cannot multiply {:?} with {:?}", a.shape(), b.shape());
         return Err(PyValueError::new_err(message));
     }
-    let mut out = vec![0.0; count * width];
-    for (row, out) in out.chunks_exact_mut(width.max(1)).enumerate() {
-        for at in 0..inner {
-            let factor = a[[row, at]];
-            for (column, sum) in out.iter_mut().enumerate() {
-                *sum += factor * b[[at, column]];
+    let mut out = Array2::zeros([count, width]);
+    for (mut out, a) in out.rows_mut().into_iter().zip(a.rows()) {
+        for (&factor, b) in a.iter().zip(b.rows()) {
+            for (sum, &value) in out.iter_mut().zip(b) {
+                *sum += factor * value;
             }
         }
     }
-    numpy::PyArrayMethods::reshape(&out.into_pyarray(py), vec![count, width])
+    Ok(out.into_pyarray(py))
 }
 
 /// Solves a x = b for each column of b.

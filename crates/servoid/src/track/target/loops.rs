@@ -42,8 +42,10 @@ impl Keyframes {
             let share = bridged(one.drift_variance, drifts).0;
             let part = (at + 1) as f64 / (count + 1.0);
             let middle = (share * (1.0 - share)).max(part * (1.0 - part));
-            one.held_back *= 1.0 - share;
-            one.still_off = one.still_off * (1.0 - share) + still_off * middle;
+            // The object did not come by those that drifted farther than it, so they are not told.
+            let told = share * (drifts.0 / one.drift_variance).min(1.0);
+            one.held_back *= 1.0 - told;
+            one.still_off = one.still_off * (1.0 - told) + still_off * middle;
         }
         let former = self.former.iter_mut();
         let former =
@@ -137,6 +139,18 @@ mod tests {
         }
         close(&mut keyframes, 0.0);
         assert!(keyframes.all[8].still_off < 0.2 * before);
+    }
+
+    #[test]
+    fn the_end_of_a_loop_that_is_seen_once_more_tells_nothing_of_its_middle() {
+        for again in [2.0 * KNOWN, 5.0 * KNOWN] {
+            let mut keyframes = closed(0.5, even);
+            let before = keyframes.all[5].still_off;
+            let off = Twist::new(0.0, 0.0, 0.0, 0.0, 0.02, 0.0);
+            keyframes.turn_back(&off, (again, 0.0), None);
+            assert!(keyframes.all[5].still_off > 0.6 * before, "{again}");
+            assert!(keyframes.all[5].drift_variance > 0.6 * before);
+        }
     }
 
     #[test]

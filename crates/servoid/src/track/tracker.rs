@@ -143,11 +143,14 @@ impl Tracker {
         }
         let missed = hypothesis.quality.share < least;
         if !missed && self.trust.is_proved() {
-            if self.needs_rival(&hypothesis.quality) {
+            let budget = self.settings.budget_s;
+            if self.needs_rival(&hypothesis.quality) && !clock.is_over(budget) {
                 evaluations += self.compare_with_rival(observation, &expected, &mut hypothesis)?;
             }
-            evaluations +=
-                self.return_to_known_side(observation, &mut expected, &mut hypothesis)?;
+            if !clock.is_over(budget) {
+                evaluations +=
+                    self.return_to_known_side(observation, &mut expected, &mut hypothesis)?;
+            }
             clock.lap(|timing| &mut timing.search);
         }
         if (missed || !self.trust.is_proved()) && self.frame.can_see() {

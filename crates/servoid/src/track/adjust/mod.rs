@@ -79,8 +79,7 @@ impl Tracker {
         let newest = self.target.correct(&solution, (&pending.keyframes, &pending.landmarks));
         // The current pose was found by the points that are seen now, so it moves along with them.
         let off = self.target.points.moved_since(&before).unwrap_or_else(|| newest.log());
-        self.motion.correct(&off);
-        self.target.bias.correct(&off);
+        self.correct_motion(&off);
         let turned = off.fixed_rows::<3>(3).norm();
         if turned > REPORTED_RAD {
             self.jitter.pause();

@@ -114,9 +114,8 @@ impl Tracker {
         self.target.keyframes.tie(expected);
         self.target.keyframes.turn_back(off, drifts, since);
         self.target.points.know_drift(self.target.keyframes.drifts_of_points());
-        self.target.bias.correct(off);
         self.pending = None;
-        self.motion.correct(off);
+        self.correct_motion(off);
         self.jitter.pause();
         self.held_back.pause();
         let degrees = off.fixed_rows::<3>(3).norm().to_degrees();

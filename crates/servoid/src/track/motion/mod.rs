@@ -10,6 +10,7 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use super::frame::input_checks::FARTHEST_S;
 use super::pose::search::Deviation;
 use super::pose::uncertainty::inverse;
+use super::tracker::Tracker;
 use crate::pose::{Pose, Twist};
 
 /// Last observed pose and motion of the object: its middle moves at constant velocity through the
@@ -206,6 +207,18 @@ fn gain(before: &Matrix6<f64>, after: &Matrix6<f64>, from: usize) -> f64 {
 fn passed(from_s: f64, to_s: f64) -> Option<f64> {
     let dt = to_s - from_s;
     (dt > 0.0 && dt < FARTHEST_S).then_some(dt)
+}
+
+impl Tracker {
+    /// Corrects where the object is, and was lately, by a motion in its frame by which all that is known
+    /// of it moved: the object itself did not move.
+    pub(super) fn correct_motion(&mut self, off: &Twist) {
+        self.motion.correct(off);
+        self.target.bias.correct(off);
+        if let Some(newest) = &mut self.newest {
+            newest.correct(off);
+        }
+    }
 }
 
 #[cfg(test)]

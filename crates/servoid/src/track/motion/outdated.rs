@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::camera::Observation;
-use crate::pose::Pose;
+use crate::pose::{Pose, Twist};
 use crate::track::estimate::Status;
 use crate::track::frame::input_checks::FARTHEST_S;
 use crate::track::motion::Motion;
@@ -102,6 +102,15 @@ impl Tracker {
         (is_long && newest.way.was_moving(radius))
             || has_gone(&seen)
             || shown.any(|one| has_gone(&one.1) || parts(&one))
+    }
+}
+
+impl Newest {
+    /// Corrects all poses by a motion in the object's frame.
+    pub(super) fn correct(&mut self, off: &Twist) {
+        self.motion.correct(off);
+        let places = self.way.places.iter_mut().chain(self.way.before.as_mut());
+        places.for_each(|(_, place)| *place = (*place * Pose::exp(off)).renormalized());
     }
 }
 
@@ -210,4 +219,28 @@ fn steady(speeds: &[Vector3<f64>]) -> Vector3<f64> {
     let sd = (off / (speeds.len() - 1) as f64).sqrt();
     let last = speeds.last().map_or(0.0, |speed| speed.dot(&along));
     along * (mean.norm() - SURE * sd).min(last).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_correction_of_what_is_known_of_an_object_is_no_motion_of_it() {
+        let rest = Pose::exp(&Twist::new(0.1, 0.0, 0.5, 0.0, 0.3, 0.0));
+        let off = Twist::new(0.01, 0.0, -0.02, 0.0, 0.6, 0.1);
+        let (motion, world_from_camera) = (Motion::at_rest(0.0, rest), vec![Pose::identity()]);
+        let mut newest = Newest { time_s: 0.0, motion, world_from_camera, way: Way::new() };
+        let mut place = rest;
+        for image in 0..40 {
+            if image == 20 {
+                newest.correct(&off);
+                place = rest * Pose::exp(&off);
+            }
+            newest.way.go_on(f64::from(image) / 30.0, place);
+            assert!(!newest.way.was_moving(0.05), "{image}");
+        }
+        assert!(newest.motion.last().apart(&place) < 1e-12);
+        assert!(newest.way.later(1.0, 0.05).is_none());
+    }
 }

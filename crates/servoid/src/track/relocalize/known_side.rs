@@ -67,25 +67,21 @@ impl Tracker {
         known.sort_unstable();
         known.dedup();
         let (found, scored) = self.known_side(observation, &hypothesis.pose, (&start, &known))?;
-        let place = found.as_ref().map_or(hypothesis.pose, |found| found.pose);
-        if let Some(found) = &found {
-            let drifts = (self.target.points.drift_variance, self.most_known());
-            let off = (expected.inverse() * found.pose).log();
-            self.turn_back(expected, &off, drifts);
-            self.target.points.drift_variance = found.drift_variance;
-            *expected = self.motion.predict(observation.time_s);
-        }
-        self.open_windows(observation, &place, MARGIN);
-        self.points_in_view(&place);
+        let Some(found) = found else {
+            *hypothesis = self.back_at(observation, expected, &hypothesis.pose);
+            return Ok(scored);
+        };
+        let drifts = (self.target.points.drift_variance, self.most_known());
+        let off = (expected.inverse() * found.pose).log();
+        self.turn_back(expected, &off, drifts);
+        self.target.points.drift_variance = found.drift_variance;
+        *expected = self.motion.predict(observation.time_s);
+        self.open_windows(observation, &found.pose, MARGIN);
+        self.points_in_view(&found.pose);
         let prior = self.motion.prior(observation.time_s, self.process_noise());
-        if found.is_some() {
-            *hypothesis = self.hypothesis(observation, &place, 0, Some(&prior));
-            if hypothesis.quality.share >= CLEAR {
-                self.trust.confirm_turn();
-            }
-        } else {
-            *hypothesis = self.evaluate(observation, &place, Some(&prior));
-            self.penalize_jump(expected, hypothesis);
+        *hypothesis = self.hypothesis(observation, &found.pose, 0, Some(&prior));
+        if hypothesis.quality.share >= CLEAR {
+            self.trust.confirm_turn();
         }
         Ok(scored)
     }

@@ -94,11 +94,23 @@ impl Tracker {
             self.status = self.trust.without();
             return Ok(evaluations);
         }
-        self.open_windows(observation, &hypothesis.pose, MARGIN);
-        self.points_in_view(&hypothesis.pose);
-        let prior = self.motion.prior(observation.time_s, self.process_noise());
-        *hypothesis = self.evaluate(observation, &hypothesis.pose, Some(&prior));
+        *hypothesis = self.back_at(observation, expected, &hypothesis.pose);
         Ok(evaluations)
+    }
+
+    /// Evaluates a pose that is followed once more, after a search elsewhere.
+    fn back_at(
+        &mut self,
+        observation: &Observation<'_>,
+        expected: &Pose,
+        followed: &Pose,
+    ) -> Hypothesis {
+        self.open_windows(observation, followed, MARGIN);
+        self.points_in_view(followed);
+        let prior = self.motion.prior(observation.time_s, self.process_noise());
+        let mut hypothesis = self.evaluate(observation, followed, Some(&prior));
+        self.penalize_jump(expected, &mut hypothesis);
+        hypothesis
     }
 
     /// Searches for the object near a pose, in several rounds unless it is found earlier.

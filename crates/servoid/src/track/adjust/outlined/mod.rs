@@ -144,8 +144,7 @@ impl Tracker {
         }
         let Some(newest) = self.target.take_outlined(&adjusted, &keyframes) else { return };
         let off = newest.log();
-        self.motion.correct(&off);
-        self.target.bias.correct(&off);
+        self.correct_motion(&off);
         self.has_evolved = true;
         let turned = off.fixed_rows::<3>(3).norm();
         if turned > REPORTED_RAD {

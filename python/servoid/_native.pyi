@@ -687,9 +687,8 @@ class TrackSettings:
         """Generations per image."""
     @property
     def budget_s(self) -> float | None:
-        """
-        Seconds after which no further generation starts, and no search for a better pose than one
-        that is followed; with None only the counts decide.
+        """Seconds after which no further generation starts, nor a search beside a proved pose; with
+        None only the counts decide.
         """
     @property
     def surface(self) -> bool:

@@ -5,7 +5,7 @@ use numpy::ndarray::Array2;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
 };
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 
@@ -26,7 +26,17 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Numbers<'py> {
         if let Ok(number) = given.cast::<PyFloat>() {
             return Ok(Self::One(number.value()));
         }
-        given.extract().map(Self::Array).or_else(|_| given.extract().map(Self::One))
+        if let Ok(array) = given.extract() {
+            return Ok(Self::Array(array));
+        }
+        given.extract().map(Self::One).map_err(|_| {
+            let kind = given.get_type();
+            let kind =
+                given.getattr("dtype").map_or_else(|_| kind.to_string(), |kind| kind.to_string());
+            PyTypeError::new_err(format!(
+                "a number or an array of float64 is needed, but got {kind}"
+            ))
+        })
     }
 }
 

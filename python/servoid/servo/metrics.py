@@ -63,8 +63,9 @@ class ServoMetrics:
     `position_rms`, `position_95` (metres) and `turn_rms` (radians) are the repeatability: errors of
     the hand relative to where the body was modelled, without errors of the model. `accuracy` is
     that of the true object at its desired pose. `fixation_rms_px` is over all cameras.
-    `tracked_share` is the share of observations, `fastest_hand` is in m/s, `control_s` and
-    `track_s` are wall-clock times, and `period_s` is the median control period.
+    `tracked_share` is the share of the observations with the status `tracking`, and `located_share`
+    that in which the object was located, with or without its rotation. `fastest_hand` is in m/s,
+    `control_s` and `track_s` are wall-clock times, and `period_s` is the median control period.
     """
 
     settle_s: float
@@ -73,6 +74,7 @@ class ServoMetrics:
     turn_rms: float
     fixation_rms_px: float
     tracked_share: float
+    located_share: float
     observations: int
     holds: tuple[Hold, ...]
     control_s: Spread
@@ -89,7 +91,8 @@ class ServoMetrics:
         distances = distances[np.isfinite(distances)]
         off = [seen.off_px for time_s, seen in log.seen if time_s >= settle_s]
         estimates = [seen.estimate for _, seen in log.seen]
-        tracked = [one is not None and one.located for one in estimates]
+        tracked = [one is not None and one.status == "tracking" for one in estimates]
+        located = [one is not None and one.located for one in estimates]
         ticks = [row.tick for row in log.rows]
         return cls(
             settle_s=settle_s,
@@ -98,6 +101,7 @@ class ServoMetrics:
             turn_rms=rms(exact.lengths(errors[:, 3:])),
             fixation_rms_px=rms(np.array([exact.norm(eye) for eyes in off for eye in eyes])),
             tracked_share=float(np.mean(tracked)) if tracked else np.nan,
+            located_share=float(np.mean(located)) if located else np.nan,
             observations=len(tracked),
             holds=tuple(holds(log)),
             control_s=Spread.of(np.array([tick.control_s for tick in ticks])),
@@ -124,6 +128,7 @@ class ServoMetrics:
             "accuracy": self.accuracy.numbers(),
             "fixation_rms_px": finite(self.fixation_rms_px),
             "tracked_share": finite(self.tracked_share),
+            "located_share": finite(self.located_share),
             "observations": self.observations,
             "fastest_hand": finite(self.fastest_hand),
             "held_s": self.held_s,
@@ -144,6 +149,7 @@ class ServoMetrics:
         """Return the figures as text by name, in millimetres, degrees and milliseconds."""
         times = "once" if len(self.holds) == 1 else f"{len(self.holds)} times"
         tracked = _in_words(100.0 * self.tracked_share, "%")
+        located = _in_words(100.0 * self.located_share, "%")
         return {
             "repeatability, RMS": self._both(self.position_rms, self.turn_rms),
             "repeatability, 95 %": _in_words(1e3 * self.position_95, "mm"),
@@ -160,6 +166,7 @@ class ServoMetrics:
             "errors counted after": f"{self.settle_s:g} s",
             "fastest hand": _in_words(1e3 * self.fastest_hand, "mm/s"),
             "observations tracked": f"{tracked} of {self.observations}",
+            "observations located": f"{located}, with or without the rotation",
             "hand held": f"{times}, {self.held_s:.2f} s" if self.holds else "never",
             "control tick": f"{self.control_s.in_words()}{self.of_period()}",
             "tracker": self.track_s.in_words(),

@@ -10,6 +10,7 @@ from hypothesis.extra.numpy import arrays
 from inexact import EXACT, inexact
 
 import servoid
+from servoid import _native
 from servoid.pose import exact
 
 PACKAGE = Path(servoid.__file__).parent
@@ -191,3 +192,9 @@ def test_inexact_arithmetic_is_caught(tmp_path: Path, text: str) -> None:
 def test_exact_arithmetic_is_let_through(tmp_path: Path, text: str) -> None:
     (tmp_path / "law.py").write_text(f"{text}\n")
     assert inexact(tmp_path, ("law.py",)) == []
+
+
+def test_what_is_no_number_nor_an_array_of_float64_is_named() -> None:
+    for one, named in ((np.zeros(3, np.float32), "float32"), ("one", "str")):
+        with pytest.raises(TypeError, match=f"float64 is needed, but got .*{named}"):
+            _native.exact_sin(one)  # pyright: ignore[reportArgumentType]

@@ -97,7 +97,18 @@ def test_the_share_of_tracked_observations_leaves_out_searching_and_lost() -> No
     rows = [seen_at(row_at(place), CENTERED, status) for place, status in enumerate(statuses)]
     metrics = ServoMetrics.of(log_of([*rows, row_at(9)]), 0.0)
     assert metrics.observations == 8
-    assert metrics.tracked_share == 0.75
+    assert metrics.tracked_share == metrics.located_share == 0.75
+
+
+def test_an_object_whose_rotation_is_not_known_is_located_and_not_tracked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(FakeEstimate, "located", property(lambda _one: True))
+    rows = [seen_at(row_at(place), CENTERED, "searching") for place in range(4)]
+    metrics = ServoMetrics.of(log_of(rows), 0.0)
+    assert (metrics.tracked_share, metrics.located_share) == (0.0, 1.0)
+    assert metrics.figures()["observations tracked"] == "0 % of 4"
+    assert metrics.figures()["observations located"].startswith("100 %")
 
 
 def test_an_observation_without_images_was_not_tracked() -> None:

@@ -35,10 +35,10 @@ def test_noise_lets_a_turn_be_sought_and_never_wrong(seed: int, tmp_path: Path) 
 
 
 @pytest.mark.extended
-def test_the_end_of_a_loop_that_is_seen_twice_tells_nothing_of_its_middle(tmp_path: Path) -> None:
-    # A known side came back, 48 degrees off, and was seen again in the next image, by which the drift
-    # of all that was learned on the way counted as known. It was 12 to 20 degrees off: on the next
-    # way over it, 4 images in a row were trusted wrongly.
+def test_the_end_of_a_loop_that_is_seen_twice_tells_little_of_its_middle(tmp_path: Path) -> None:
+    # A known side came back, 48 degrees off, and was seen again in the next image, by which the
+    # drift of all that was learned on the way counted as known. It was 12 to 20 degrees off: on the
+    # next way over it, 4 images in a row were trusted wrongly.
     found = _turned("noise", 8, tmp_path)
     assert not found.trusted_wrong.any()
     assert found.right.mean() > 0.5  # 62 %

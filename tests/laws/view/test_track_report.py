@@ -163,7 +163,7 @@ def test_what_was_tracked_before_a_stop_is_reported(
     assert set(everything_in(folder / "report")) == FILES
     page = Page((folder / "report" / "report.html").read_text(encoding="utf-8"))
     words = "interrupted" if isinstance(stop, KeyboardInterrupt) else "ended"
-    assert f"not finished: {words} after 3 observations" in "".join(page.content["li"])
+    assert f"not finished: {words} after 3 observations" in "".join(page.content["p"])
     summary = json.loads((folder / "report" / "summary.json").read_text(encoding="utf-8"))
     assert summary["observations"] == len(read_trajectory("poses.csv")) == 3
 

@@ -59,7 +59,7 @@ def test_a_body_is_tracked_into_a_file_and_a_summary(
     assert outcome.out.startswith("Tracked video: 5 observations, 2 cameras\n")
     assert summary["tracked"] == "60.0 % (3 of 5)"
     assert summary["not tracked"] == "0.20 to 0.30 s (2 observations)"
-    assert summary["of these"].startswith("prepare 1.00, search 1.00")
+    assert summary["on average"].startswith("mean 5.00: prepare 1.00, search 1.00")
     assert summary["poses"] == "poses.csv"
 
 

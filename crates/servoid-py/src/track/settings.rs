@@ -89,8 +89,8 @@ impl TrackSettings {
         self.0.generations
     }
 
-    /// Seconds after which no further generation starts, and no search for a better pose than one that
-    /// is followed; with None only the counts decide.
+    /// Seconds after which no further generation starts, nor a search beside a proved pose; with None
+    /// only the counts decide.
     #[getter]
     fn budget_s(&self) -> Option<f64> {
         self.0.budget_s

@@ -13,9 +13,9 @@ pub struct TrackSettings {
     /// Generations per image while the object is tracked; more follow if the images do not confirm
     /// the result.
     pub generations: usize,
-    /// Seconds after which no further generation starts, and no search for a better pose than one that
-    /// is followed; one for an object that is missed always does. With `None` only the counts decide,
-    /// so a replay gives the same bits.
+    /// Seconds after which no further generation starts, nor a search beside a proved pose. An object
+    /// that is missed, or not proved to be the lost one, is sought all the same. With `None` only the
+    /// counts decide, so a replay gives the same bits.
     pub budget_s: Option<f64>,
     /// Whether surface points are learned and scored.
     pub surface: bool,

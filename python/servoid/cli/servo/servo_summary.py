@@ -29,6 +29,7 @@ def print_servo_summary(
         **_unreached(trial.log),
         **_errors(metrics),
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
+        **_located(metrics),
         "held": _held(metrics),
         **_limited(limited_s(trial.log)),
         "control": f"{metrics.control_s.in_words()} per tick{metrics.of_period()}",
@@ -61,6 +62,13 @@ def _errors(metrics: ServoMetrics) -> dict[str, str]:
         f"{_mm(true.body)} mm",
         "fixation": f"{metrics.fixation_rms_px:.2f} px RMS",
     }
+
+
+def _located(metrics: ServoMetrics) -> dict[str, str]:
+    """Report how often the object was located, where that was more often than it was tracked."""
+    if not metrics.located_share > metrics.tracked_share:
+        return {}
+    return {"located": f"{100.0 * metrics.located_share:.1f} %, in part without its rotation"}
 
 
 def _error(rms: float, most: float, turn: float) -> str:

@@ -213,8 +213,8 @@ class TrackOrder(CameraOptions):
         typer.Option(
             callback=_check_budget,
             metavar="MS",
-            help="Start no generation, and no search beside a pose that is followed, after this "
-            "time; the estimates then depend on the machine.",
+            help="After this time start no generation, nor a search for known sides; the "
+            "estimates then depend on the machine.",
             rich_help_panel=_SEARCH,
         ),
     ] = None

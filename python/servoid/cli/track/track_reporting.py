@@ -42,8 +42,8 @@ class Reports:
         for folder in self.folders:
             make_folder(folder)
 
-    def write(self, results: Sequence[TrackResult], notes: Sequence[str]) -> list[Path]:
-        """Write a report of each object, and return the pages.
+    def write(self, results: Sequence[TrackResult], ending: str | None) -> list[Path]:
+        """Write a report of each object, and return the pages; `ending` says why it ended early.
 
         Raises:
             OutputError: one cannot be written.
@@ -51,7 +51,7 @@ class Reports:
         """
         histories: list[History] = self.historian.histories()
         return [
-            self.writer(result, history, folder, notes=notes, source=self.source)[0]
+            self.writer(result, history, folder, source=self.source, ending=ending)[0]
             for result, history, folder in zip(results, histories, self.folders, strict=True)
         ]
 

@@ -86,11 +86,13 @@ def _rows(result: TrackResult) -> Iterator[Row]:
         yield from _wrapped("note", _NOWHERE)
     fits = "" if result.overlap is None else f", silhouette IoU {result.overlap:.2f}"
     parts = counted(len(result.body), "ellipsoid")
-    yield "start", f"{result.starting_s:.2f} s to the first pose, {parts}{fits}"
+    first = "" if result.evolutions else f", {parts}"
+    yield "start", f"{result.starting_s:.2f} s to the first pose{first}{fits}"
     if len(result) > 1:
         yield from _speed(result)
     if result.evolutions:
-        yield "evolved", f"{counted(result.evolutions, 'time')}, in the background"
+        times = counted(result.evolutions, "time")
+        yield "evolved", f"{times}, in the background, to {parts}"
     notices = result.notices
     for notice, times in notices[:_MOST_NOTICES]:
         yield from _wrapped("notice", f"{notice}{f' ({times} of this kind)' if times > 1 else ''}")
@@ -111,7 +113,8 @@ def _speed(result: TrackResult) -> Iterator[Row]:
     stages = result.stage_seconds
     if sum(stages.values()) > 0.0:
         parts = [f"{stage} {_MS_PER_S * seconds:.2f}" for stage, seconds in stages.items()]
-        yield from _wrapped("of these", ", ".join(parts))
+        mean = f"mean {_MS_PER_S * sum(stages.values()):.2f}"
+        yield from _wrapped("on average", f"{mean}: {', '.join(parts)}")
     yield "hypotheses", f"{result.evaluations:.0f} per step"
 
 

@@ -309,6 +309,5 @@ def _write(
             save_body(path, result.body, result.colors, appearance=result.appearance)
             files.append(("body", path))
     if reports is not None:
-        notes = [f"The tracking was not finished: {ending}."] if ending else []
-        files.extend(("report", page) for page in reports.write(results, notes))
+        files.extend(("report", page) for page in reports.write(results, ending))
     return files

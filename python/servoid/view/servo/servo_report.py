@@ -94,9 +94,13 @@ def _verdict(log: ServoLog, settle_s: float) -> list[str]:
     """Return sentences: the errors of the hand, and what limited it most."""
     metrics = ServoMetrics.of(log, settle_s)
     if np.isnan(metrics.position_rms):
-        return [
-            f"The errors of the hand are unknown: it had no goal after {settle_s:g} s of servoing."
-        ]
+        lasted = float(log.times[-1]) if len(log) else 0.0
+        why = (
+            f"servoing ended after {lasted:.1f} s, and errors count after {settle_s:g} s"
+            if lasted < settle_s
+            else f"it had no goal after {settle_s:g} s of servoing"
+        )
+        return [f"The errors of the hand are unknown: {why}."]
     true = metrics.accuracy
     lasted = float(log.times[-1] - log.times[0])
     held = f"held for {metrics.held_s:.1f} of {lasted:.1f} s" if metrics.holds else "never held"

@@ -32,8 +32,8 @@ _MS_PER_S = 1e3
 _CAPTIONS = {
     "growth.png": (
         "How the body grew",
-        "On the left, a camera's image; the line is the previous outline of the body. Sides "
-        "have their names from the first image of the first camera.",
+        "On the left, a camera's image; in the pictures of the body beside it, the orange line is "
+        "its previous outline. Sides have their names from the first image of the first camera.",
     ),
     "sides.png": (
         "From which sides it was seen",
@@ -64,14 +64,16 @@ def write_track_report(
     *,
     notes: Sequence[str] = (),
     source: str = "",
+    ending: str | None = None,
 ) -> list[Path]:
     """Write the pictures and the figures of a track into a folder; return the files' paths.
 
     They are `report.html` (everything on one page, with an interactive view of the body),
     `growth.png` (the body after each change), `sides.png` (the sides that were seen),
     `turning.png` (drift against the angle turned), `timeline.png` (status, confidence, notices and
-    times) and `summary.json`. The page begins with `source`, what was tracked, and the
-    sentences `notes`. The folder is created if it is missing; other files in it stay unchanged.
+    times) and `summary.json`. The page begins with `source`, what was tracked, `ending`, why the
+    track is not finished, and the sentences `notes`. The folder is created if it is missing; other
+    files in it stay unchanged.
 
     Raises:
         OutputError: the folder cannot be written; then no file of the report in it changes.
@@ -87,7 +89,10 @@ def write_track_report(
     summary = json.dumps(figures.summary(), indent=1, allow_nan=False, ensure_ascii=False)
     files = {
         "report.html": _page(
-            figures, pictures, [*notes, *(f"At the start: {note}" for note in result.notes)], source
+            figures,
+            pictures,
+            [*notes, *(f"At the start: {note}" for note in result.notes)],
+            (source, ending),
         ),
         **pictures,
         "summary.json": (summary + "\n").encode(),
@@ -96,16 +101,20 @@ def write_track_report(
 
 
 def _page(
-    figures: TrackFigures, pictures: Mapping[str, bytes], notes: Sequence[str], source: str
+    figures: TrackFigures,
+    pictures: Mapping[str, bytes],
+    notes: Sequence[str],
+    begun: tuple[str, str | None],
 ) -> bytes:
-    result = figures.result
+    result, (source, ending) = figures.result, begun
+    unfinished = [f"The tracking was not finished: {ending}."] if ending else []
     solids = solids_of(result.body, figures.history.surface, figures.sides.sides_from_object)
     return fill(
         "track_report.html",
         {
             "title": html.escape(_title(result.name)),
             "origin": origin(source),
-            "verdict": verdict_list(list(figures.verdict())),
+            "verdict": verdict_list([*unfinished, *figures.verdict()]),
             "words": paragraphs(list(figures.words())),
             "notes": notes_list(notes),
             "pictures": "\n".join(_picture(name, data) for name, data in pictures.items()),

@@ -224,23 +224,30 @@ fn steady(speeds: &[Vector3<f64>]) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::track::trust::tests::tracker;
 
     #[test]
     fn a_correction_of_what_is_known_of_an_object_is_no_motion_of_it() {
+        let mut tracker = tracker(Status::Tracking, 60.0);
         let rest = Pose::exp(&Twist::new(0.1, 0.0, 0.5, 0.0, 0.3, 0.0));
         let off = Twist::new(0.01, 0.0, -0.02, 0.0, 0.6, 0.1);
         let (motion, world_from_camera) = (Motion::at_rest(0.0, rest), vec![Pose::identity()]);
-        let mut newest = Newest { time_s: 0.0, motion, world_from_camera, way: Way::new() };
+        let way = Way::new();
+        (tracker.motion, tracker.newest) =
+            (motion, Some(Newest { time_s: 0.0, motion, world_from_camera, way }));
         let mut place = rest;
         for image in 0..40 {
             if image == 20 {
-                newest.correct(&off);
+                tracker.correct_motion(&off);
                 place = rest * Pose::exp(&off);
             }
+            let newest = tracker.newest.as_mut().unwrap();
             newest.way.go_on(f64::from(image) / 30.0, place);
             assert!(!newest.way.was_moving(0.05), "{image}");
         }
+        let newest = tracker.newest.unwrap();
         assert!(newest.motion.last().apart(&place) < 1e-12);
+        assert!(tracker.motion.last().apart(&place) < 1e-12);
         assert!(newest.way.later(1.0, 0.05).is_none());
     }
 }

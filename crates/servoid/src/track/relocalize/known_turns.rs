@@ -64,7 +64,7 @@ pub(super) fn draw_any(rng: &mut Rng) -> UnitQuaternion<f64> {
 
 impl Tracker {
     /// Returns the orientations of all keyframes, as the first camera sees the same sides now, and
-    /// the last one. By how much keyframes were corrected since is less than what is tried around.
+    /// the last one.
     pub(super) fn known_turns(&self, observation: &Observation<'_>) -> KnownTurns {
         let world_from_camera = observation.world_from_camera[0];
         let keyframes = self.target.keyframes.all.iter().map(|one| {

@@ -42,7 +42,7 @@ impl Keyframes {
             let share = bridged(one.drift_variance, drifts).0;
             let part = (at + 1) as f64 / (count + 1.0);
             let middle = (share * (1.0 - share)).max(part * (1.0 - part));
-            // The object did not come by those that drifted farther than it, so they are not told.
+            // If the end of the loop drifted less, it accounts for that part of their variance only.
             let told = share * (drifts.0 / one.drift_variance).min(1.0);
             one.held_back *= 1.0 - told;
             one.still_off = one.still_off * (1.0 - told) + still_off * middle;
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_a_loop_that_is_seen_once_more_tells_nothing_of_its_middle() {
+    fn the_end_of_a_loop_that_is_seen_once_more_tells_little_of_its_middle() {
         for again in [2.0 * KNOWN, 5.0 * KNOWN] {
             let mut keyframes = closed(0.5, even);
             let before = keyframes.all[5].still_off;

@@ -306,8 +306,8 @@ pub(crate) fn thin(all: &[InView], most: usize, out: &mut Vec<InView>) {
 }
 
 /// Returns the share of a drift that had occurred when a point was learned, and its remaining
-/// variance once the loop is closed: that of a random walk with known ends. What drifted farther than
-/// the end of the loop is not told of the rest by it.
+/// variance once the loop is closed: that of a random walk with known ends. The part
+/// of it beyond that of the loop's end remains.
 pub(crate) fn bridged(variance: f64, (before, after): (f64, f64)) -> (f64, f64) {
     let share = ((variance - after) / (before - after)).clamp(0.0, 1.0);
     let on_the_way = (variance.min(before) - after).max(0.0) * (1.0 - share);

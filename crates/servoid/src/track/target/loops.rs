@@ -42,9 +42,9 @@ impl Keyframes {
             let share = bridged(one.drift_variance, drifts).0;
             let part = (at + 1) as f64 / (count + 1.0);
             let middle = (share * (1.0 - share)).max(part * (1.0 - part));
-            // If the end of the loop drifted less, it accounts for that part of their variance only.
+            one.held_back *= 1.0 - share;
+            // If the end of this loop drifted less, it accounts for that part of the variance only.
             let told = share * (drifts.0 / one.drift_variance).min(1.0);
-            one.held_back *= 1.0 - told;
             one.still_off = one.still_off * (1.0 - told) + still_off * middle;
         }
         let former = self.former.iter_mut();

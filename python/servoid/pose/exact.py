@@ -47,9 +47,6 @@ def product(*factors: Floats) -> Floats:
     result, *others = factors
     for other in others:
         row, column = result.ndim == 1, other.ndim == 1
-        if not (row or column):
-            result = _native.exact_product(result, other)
-            continue
         left = result[None, :] if row else result
         right = other[:, None] if column else other
         result = _native.exact_product(left, right)

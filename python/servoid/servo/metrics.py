@@ -100,8 +100,8 @@ class ServoMetrics:
             position_95=float(np.percentile(distances, 95.0)) if len(distances) else np.nan,
             turn_rms=rms(exact.lengths(errors[:, 3:])),
             fixation_rms_px=rms(np.array([exact.norm(eye) for eyes in off for eye in eyes])),
-            tracked_share=float(np.mean(tracked)) if tracked else np.nan,
-            located_share=float(np.mean(located)) if located else np.nan,
+            tracked_share=_share(tracked),
+            located_share=_share(located),
             observations=len(tracked),
             holds=tuple(holds(log)),
             control_s=Spread.of(np.array([tick.control_s for tick in ticks])),
@@ -199,6 +199,10 @@ def holds(log: ServoLog) -> list[Hold]:
             found.append(Hold(before.start_s, float(end_s), (*before.reasons, *new)))
         held = bool(reasons)
     return found
+
+
+def _share(which: list[bool]) -> float:
+    return float(np.mean(which)) if which else np.nan
 
 
 def _in_words(value: float, unit: str) -> str:

@@ -138,9 +138,6 @@ impl Tracker {
             hypothesis = self.refined(observation, &expected, &guess);
             clock.lap(|timing| &mut timing.refine);
         }
-        if self.status == Status::Tracking {
-            self.penalize_jump(&expected, &mut hypothesis);
-        }
         let missed = hypothesis.quality.share < least;
         if !missed && self.trust.is_proved() {
             let budget = self.settings.budget_s;

@@ -86,14 +86,12 @@ def write_track_report(
         "turning.png": draw_turning(figures.turning, figures.is_tracked),
         "timeline.png": draw_timeline(result.tracked),
     }
+    unfinished = [f"The tracking was not finished: {ending}."] if ending else []
+    verdict = [*unfinished, *figures.verdict()]
+    notes = [*notes, *(f"At the start: {note}" for note in result.notes)]
     summary = json.dumps(figures.summary(), indent=1, allow_nan=False, ensure_ascii=False)
     files = {
-        "report.html": _page(
-            figures,
-            pictures,
-            [*notes, *(f"At the start: {note}" for note in result.notes)],
-            (source, ending),
-        ),
+        "report.html": _page(figures, pictures, verdict, notes, source),
         **pictures,
         "summary.json": (summary + "\n").encode(),
     }
@@ -103,18 +101,18 @@ def write_track_report(
 def _page(
     figures: TrackFigures,
     pictures: Mapping[str, bytes],
+    verdict: Sequence[str],
     notes: Sequence[str],
-    begun: tuple[str, str | None],
+    source: str,
 ) -> bytes:
-    result, (source, ending) = figures.result, begun
-    unfinished = [f"The tracking was not finished: {ending}."] if ending else []
+    result = figures.result
     solids = solids_of(result.body, figures.history.surface, figures.sides.sides_from_object)
     return fill(
         "track_report.html",
         {
             "title": html.escape(_title(result.name)),
             "origin": origin(source),
-            "verdict": verdict_list([*unfinished, *figures.verdict()]),
+            "verdict": verdict_list(verdict),
             "words": paragraphs(list(figures.words())),
             "notes": notes_list(notes),
             "pictures": "\n".join(_picture(name, data) for name, data in pictures.items()),

@@ -165,8 +165,7 @@ impl Tracker {
         expected: &Pose,
         guess: &Pose,
     ) -> Hypothesis {
-        let followed = self.status == Status::Tracking;
-        let prior = followed.then(|| self.motion.prior(observation.time_s, self.process_noise()));
+        let prior = self.prior_if_followed(observation);
         let prior = prior.as_ref();
         let mut hypothesis = self.hypothesis(observation, guess, self.coarsest(expected), prior);
         if self.needs_retry(&hypothesis.quality) {
@@ -187,10 +186,17 @@ impl Tracker {
             // The matches left in the workspace must belong to the pose that is kept.
             hypothesis = self.evaluate(observation, &hypothesis.pose, prior);
         }
-        if self.status != Status::Tracking {
-            self.penalize_unrecognised(&mut hypothesis);
-        }
+        self.penalize_doubtful(expected, &mut hypothesis);
         hypothesis
+    }
+
+    /// Returns the prior of the pose of an object that is followed.
+    pub(in crate::track) fn prior_if_followed(
+        &self,
+        observation: &Observation<'_>,
+    ) -> Option<Prior> {
+        let followed = self.status == Status::Tracking;
+        followed.then(|| self.motion.prior(observation.time_s, self.process_noise()))
     }
 
     /// Refines a pose, starting at the given coarsest resolution, and verifies it.

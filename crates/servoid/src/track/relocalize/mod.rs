@@ -12,7 +12,6 @@ pub(super) use relocalizer::Relocalizer;
 use crate::camera::Observation;
 use crate::pose::Pose;
 use crate::track::TrackError;
-use crate::track::estimate::Status;
 use crate::track::inputs::Inputs;
 use crate::track::pose::hypothesis::{COARSEST, Hypothesis};
 use crate::track::tracker::{MARGIN, Tracker};
@@ -108,14 +107,9 @@ impl Tracker {
     ) -> Hypothesis {
         self.open_windows(observation, followed, MARGIN);
         self.points_in_view(followed);
-        let goes_on = self.status == Status::Tracking;
-        let prior = goes_on.then(|| self.motion.prior(observation.time_s, self.process_noise()));
+        let prior = self.prior_if_followed(observation);
         let mut hypothesis = self.evaluate(observation, followed, prior.as_ref());
-        if goes_on {
-            self.penalize_jump(expected, &mut hypothesis);
-        } else {
-            self.penalize_unrecognised(&mut hypothesis);
-        }
+        self.penalize_doubtful(expected, &mut hypothesis);
         hypothesis
     }
 

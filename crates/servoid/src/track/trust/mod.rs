@@ -160,6 +160,16 @@ impl Tracker {
         quality.share > SURE.0 && quality.support > SURE.1 * self.target.reference.support
     }
 
+    /// Makes a pose untrusted that jumped or, of an object that was not followed, at which too little
+    /// is recognised.
+    pub(super) fn penalize_doubtful(&self, expected: &Pose, hypothesis: &mut Hypothesis) {
+        if self.status == Status::Tracking {
+            self.penalize_jump(expected, hypothesis);
+        } else {
+            self.penalize_unrecognised(hypothesis);
+        }
+    }
+
     /// Makes a pose untrusted at which too little of the surface is recognised, where the object
     /// was not tracked just before.
     pub(super) fn penalize_unrecognised(&self, hypothesis: &mut Hypothesis) {

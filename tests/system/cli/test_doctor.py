@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -15,7 +16,9 @@ from servoid import _native
 from servoid.cli.doctor import checkup, doctor, installed
 from servoid.cli.doctor.checkup import find_cameras
 from servoid.cli.doctor.installed import libraries
+from servoid.errors import MissingExtraError
 from servoid.sim.self_test import SelfTest, run_self_test
+from servoid.source.devices.realsense import load_library
 
 RIGHT = SelfTest(20, 4, 0.96, 1.0, 0.0009, 0.02, 0.8, 0.004)
 
@@ -72,6 +75,35 @@ def test_a_library_that_is_not_there_is_missing_and_what_brings_it_is_said(
     found = rows(servoid_command("doctor", "--no-test").out)
     assert found["[gl]"] == "pyopengl missing; install with: pip install 'servoid[gl]'"
     assert "missing" not in found["needed"]
+
+
+def test_a_library_that_is_installed_and_cannot_be_loaded_is_told_as_its_source_tells_it(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    version = installed.installed_version
+    monkeypatch.setattr(
+        installed,
+        "installed_version",
+        lambda name: "2.55" if name == "pyrealsense2" else version(name),
+    )
+    monkeypatch.setitem(sys.modules, "pyrealsense2", None)
+    with pytest.raises(MissingExtraError) as told:
+        load_library()
+    ran = servoid_command("doctor", "--no-test")
+    assert ran.code == 0
+    assert rows(ran.out)["[realsense]"] == f"pyrealsense2 2.55; {told.value}"
+    report = json.loads(servoid_command("doctor", "--no-test", "--json").out)
+    assert report["unloadable"] == {"realsense": str(told.value)}
+
+
+def test_a_library_that_can_be_loaded_is_listed_without_a_word(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        checkup, "installed_libraries", lambda: {"realsense": {"pyrealsense2": "2.55"}}
+    )
+    monkeypatch.setitem(sys.modules, "pyrealsense2", ModuleType("pyrealsense2"))
+    assert rows(servoid_command("doctor", "--no-test").out)["[realsense]"] == "pyrealsense2 2.55"
 
 
 @pytest.mark.parametrize(

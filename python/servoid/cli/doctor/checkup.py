@@ -5,14 +5,16 @@ import platform
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
 from servoid import _native
 from servoid.cli.doctor.installed import NEEDED, installed_libraries
+from servoid.errors import MissingExtraError
 from servoid.sim import SelfTest
+from servoid.source.devices.realsense import load_library
 
 _CPU_MODEL = re.compile(r"^model name\s*: (.+)$", re.MULTILINE)
 _GL_S = 20.0  # time allowed for a graphics driver to answer
@@ -32,7 +34,10 @@ class Camera:
 
 @dataclass(frozen=True)
 class Machine:
-    """What servoid runs on. `libraries` is None where servoid is not installed."""
+    """What servoid runs on. `libraries` is None where servoid is not installed.
+
+    `unloadable` holds what is said of libraries that are installed and cannot be loaded, by extra.
+    """
 
     servoid: str
     python: str
@@ -43,6 +48,7 @@ class Machine:
     back_end: str
     back_ends: tuple[str, ...]
     libraries: dict[str, dict[str, str | None]] | None
+    unloadable: dict[str, str]
     renderers: dict[str, str]
     cameras: tuple[Camera, ...]
 
@@ -61,6 +67,7 @@ class Machine:
 
 def look_at_machine(*, tries: bool) -> Machine:
     """Return what servoid runs on; `tries` starts OpenGL once. No camera is opened."""
+    libraries = installed_libraries()
     model = _CPU_MODEL.search(_text_of(Path("/proc/cpuinfo")))
     return Machine(
         servoid=_native.__version__,
@@ -71,7 +78,8 @@ def look_at_machine(*, tries: bool) -> Machine:
         processor=None if model is None else model[1].strip(),
         back_end=_native.backend(),
         back_ends=tuple(_native.backends()),
-        libraries=installed_libraries(),
+        libraries=libraries,
+        unloadable=_unloadable(libraries or {}),
         renderers={"raycast": _WHOLE, "mujoco": _open_gl(tries=tries)},
         cameras=tuple(find_cameras()),
     )
@@ -104,6 +112,18 @@ def find_cameras(
         )
         for path in sorted(found, key=lambda path: int(path.name[5:]))
     ]
+
+
+def _unloadable(libraries: Mapping[str, Mapping[str, str | None]]) -> dict[str, str]:
+    """Return what sources say of their installed libraries that lack something of the system."""
+    said: dict[str, str] = {}
+    for extra, load in (("realsense", load_library),):
+        if any(libraries.get(extra, {}).values()):
+            try:
+                load()
+            except MissingExtraError as error:
+                said[extra] = str(error)
+    return said
 
 
 def _open_gl(*, tries: bool) -> str:

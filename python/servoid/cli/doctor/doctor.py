@@ -82,6 +82,8 @@ def _library_rows(machine: Machine) -> Iterator[Row]:
             words = f"not available for {machine.system}"
         elif extra != NEEDED and None in found.values():
             words += f"; install with: pip install 'servoid[{extra}]'"
+        elif extra in machine.unloadable:
+            words += f"; {machine.unloadable[extra]}"
         yield extra if extra == NEEDED else f"[{extra}]", words
 
 

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NoReturn
 
 import cv2
 import numpy as np
@@ -73,7 +73,7 @@ def test_a_run_writes_all_its_files_and_names_them(ran: tuple[Path, Outcome]) ->
     for name in FILES:
         assert (folder / "new" / "run" / name).stat().st_size > 100, name
     named = {word for word in outcome.out.split() if word.startswith("new/run/")}
-    assert named >= {f"new/run/{name}" for name in FILES if name not in PLOTS}
+    assert named >= {f"new/run/{name}" for name in (*FILES, "look") if name not in PLOTS}
     assert all((folder / name).exists() for name in named)
     assert not [name for name in everything_in(folder) if name.endswith(".part")]
 
@@ -354,13 +354,56 @@ def test_what_was_done_until_an_interrupt_is_written(
     assert not [name for name in everything_in(out) if name.endswith((".part", ".part.mp4"))]
 
 
-def test_an_interrupt_before_servoing_leaves_no_log(
+def test_an_interrupt_before_the_first_look_leaves_nothing_not_even_a_folder(
     servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     interrupt_at(monkeypatch, "looking", 0.0)
-    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config, out = tmp_path / "small.toml", tmp_path / "new" / "run"
     config.write_text(trial_toml(small_settings(SHORT)))
     outcome = servoid_command("servo", "--config", config, "--out", out)
     assert (outcome.code, outcome.out) == (130, "")
-    assert outcome.err == "interrupted before servoing began\n"
-    assert not [name for name in everything_in(out) if not name.startswith("look")]
+    assert outcome.err == "interrupted before servoing began; nothing was written\n"
+    assert list(tmp_path.iterdir()) == [config]
+
+
+def test_an_interrupt_before_servoing_names_the_looks_it_leaves_which_can_be_modelled(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt_at(monkeypatch, "looking around", 0.0)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT | {"servo.look.count": 2})))
+    outcome = servoid_command("servo", "--config", config, "--out", out)
+    assert (outcome.code, outcome.out) == (130, "")
+    assert outcome.err == (
+        f"interrupted before servoing began; {out / 'look'} holds the images so far, of which "
+        "servoid model makes a body; nothing else was written\n"
+    )
+    assert [path.name for path in out.iterdir()] == ["look"]
+    assert servoid_command("model", out / "look", "--out", tmp_path / "body.json").code == 0
+
+
+def test_an_interrupt_while_results_are_written_does_not_say_that_nothing_was(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def press(*_: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(servoing, "write_servo_times", press)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT | {"run.seconds": 0.2})))
+    outcome = servoid_command("servo", "--config", config, "--out", out, "--no-video")
+    assert outcome.code == 130
+    assert outcome.err.startswith(f"interrupted while the results were written; {out} holds a part")
+    assert (out / "log.csv").is_file()
+
+
+def test_an_interrupt_before_the_first_look_does_not_claim_the_looks_of_an_earlier_run(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT)))
+    (out / "look").mkdir(parents=True)
+    interrupt_at(monkeypatch, "looking", 0.0)
+    outcome = servoid_command("servo", "--config", config, "--out", out)
+    assert outcome.err == "interrupted before servoing began; nothing was written\n"
+    assert (out / "look").is_dir()

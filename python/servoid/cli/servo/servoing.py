@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import NoReturn
 
 import msgspec
 import numpy as np
@@ -12,6 +13,7 @@ import typer
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.progress import progress_bar
+from servoid.cli.servo.interrupted import FolderBefore, after_servoing
 from servoid.cli.servo.servo_order import RECORDED, Order
 from servoid.cli.servo.servo_summary import print_servo_summary
 from servoid.errors import DoubtError, TargetError
@@ -66,33 +68,55 @@ def run_servo(order: Order) -> None:
     inputs = [order.config, _recorded_file(settings)]
     check_inputs_kept([("--out", order.out / name) for name in _NAMES], None, inputs)
     check_folder(order.out, parents=True)
-    stopped = False
+    before = FolderBefore.of(order.out)
+    try:
+        trial, stopped = _servoed(order, order.out, settings, path)
+    except KeyboardInterrupt:
+        _end_interrupted(before.after_no_servoing())
+    ending = _ending(trial) if stopped else None
+    try:
+        _report(order.out, trial, order, ending)
+    except KeyboardInterrupt:
+        _end_interrupted(after_servoing(order.out))
+    if ending is not None:
+        _end_interrupted(ending)
+
+
+def _servoed(
+    order: Order, folder: Path, settings: TrialSettings, path: ObjectPath | None
+) -> tuple[ServoTrial, bool]:
+    """Run, with video and recording; return also whether it was interrupted while servoing.
+
+    Raises:
+        KeyboardInterrupt: it was interrupted before.
+
+    """
     with ExitStack() as stack, progress_bar("servo run") as update:
-        run = _Run(order.out, settings.run.seconds, update)
+        run = _Run(folder, settings.run.seconds, update)
         try:
             trial = run_servo_trial(
                 settings,
-                order.out,
+                folder,
                 path=path,
                 prepared=lambda world: run.prepare(world, stack, order),
                 watch=run.watch,
             )
-        except KeyboardInterrupt as interrupt:
+        except KeyboardInterrupt:
             if run.trial is None:
-                typer.echo("interrupted before servoing began", err=True)
-                raise typer.Exit(INTERRUPTED) from interrupt
-            trial, stopped = run.trial, True
+                raise
+            return run.trial, True
         except DoubtError as doubt:
-            picture = order.out / "target.png"
+            picture = folder / "target.png"
             write_whole(picture, draw_answers(doubt.image, doubt.masks))
             raise TargetError(
                 f"{doubt}; {picture} shows the candidates, and --trust-target uses the first"
             ) from doubt
-    ending = _ending(trial) if stopped else None
-    _report(order.out, trial, order, ending)
-    if ending is not None:
-        typer.echo(ending, err=True)
-        raise typer.Exit(INTERRUPTED)
+        return trial, False
+
+
+def _end_interrupted(message: str) -> NoReturn:
+    typer.echo(message, err=True)
+    raise typer.Exit(INTERRUPTED)
 
 
 def _ending(trial: ServoTrial) -> str:
@@ -265,5 +289,6 @@ def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -
         files["recording"] = folder / _RECORDING
     if order.video:
         files["video"] = folder / _FILM
+    files["looks"] = trial.exploration.capture
     files["report"] = page
     print_servo_summary(trial, metrics, files)

@@ -1,6 +1,6 @@
 """Whole servo runs in a simulated world: settings, the run, and its ground truth."""
 
-from servoid.sim.trial.servoing import ServoTrial, TrialStep, run_servo_trial
+from servoid.sim.trial.servoing import LOOKS, ServoTrial, TrialStep, run_servo_trial
 from servoid.sim.trial.settings import (
     RunSettings,
     TrackingSettings,
@@ -11,6 +11,7 @@ from servoid.sim.trial.settings import (
 )
 
 __all__ = [
+    "LOOKS",
     "RunSettings",
     "ServoTrial",
     "TrackingSettings",

@@ -39,7 +39,9 @@ from servoid.source import Instant
 from servoid.track import Estimate, Follower, Rememberer
 from servoid.words import counted
 
-_LOOKS = "look"  # folder of the images from exploring
+LOOKS = "look"
+"""The folder of the images from exploring, in the folder of a run."""
+
 _TRACKING = "tracking"  # a tracker's status
 _SPARE = 60  # observations after exploring in which the tracker may miss the object
 
@@ -111,7 +113,7 @@ def run_servo_trial(
         prepared(world)
     report = watch or (lambda _: None)
     first = world.world_from_hand_at(0.0).inverse() @ world.world_from_object_at(0.0)
-    exploration, goal = _explored(world, settings, Path(folder) / _LOOKS, mark, report)
+    exploration, goal = _explored(world, settings, Path(folder) / LOOKS, mark, report)
     # Observations on the way do not predict the motion from now on.
     controller = Controller(world.arm, settings.servo)
     tracker = _start_tracker(world, exploration, settings, controller)

@@ -5,10 +5,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class FileLimit:
-    """The largest size of a kind of file in bytes; `what` names the kind in messages."""
+    """The largest size of a kind of file in bytes.
+
+    Messages name the kind by `what`, and by `wanted` a file of it that a user could give.
+    """
 
     what: str
     most_bytes: int
+    wanted: str = "the file as its program writes it"
 
     @property
     def text(self) -> str:
@@ -23,7 +27,7 @@ IMAGE_FILE = FileLimit("images, masks and depth images", 512 * _MIB)
 BAG_MESSAGE = FileLimit("messages of bags", 512 * _MIB)
 STREAM_IMAGE = FileLimit("images of a stream over HTTP", 64 * _MIB)
 SETTINGS_FILE = FileLimit("capture.toml and other TOML files", 4 * _MIB)
-BODY_FILE = FileLimit("bodies", 32 * _MIB)
+BODY_FILE = FileLimit("bodies", 32 * _MIB, "a body, such as servoid model --out writes")
 POSES_FILE = FileLimit("poses.csv and other trajectories", 256 * _MIB)
 SCENE_FILE = FileLimit("transforms.json and the files of BOP scenes", 256 * _MIB)
 COLMAP_FILE = FileLimit("the files of COLMAP models", 1024 * _MIB)

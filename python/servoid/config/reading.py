@@ -1,6 +1,5 @@
 """Reads whole files and the text of TOML and JSON; never opens pipes, devices or huge files."""
 
-import json
 import re
 import stat
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any, TypeVar
 import msgspec
 import msgspec.toml
 
+from servoid.config.json_fault import json_fault
 from servoid.config.limits import MOST_NESTED, SETTINGS_FILE, FileLimit
 from servoid.errors import ServoidError
 
@@ -24,8 +24,6 @@ _KINDS = (
 )
 # A key of many parts: TOML parsers take time quadratic in their number.
 _PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
-_AT_BYTE = re.compile(r"\(byte (\d+)\)")
-_NO_NUMBER = re.compile(rb"NaN|Infinity")
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MOST_NESTED}}}")
 
 
@@ -123,7 +121,8 @@ def read_json(path: Path, error: type[ServoidError], limit: FileLimit) -> Any:
     try:
         data = msgspec.json.decode(content)
     except (msgspec.DecodeError, UnicodeDecodeError) as reason:
-        raise error(f"{path} is not valid JSON: {_json_fault(content, reason)}") from reason
+        fault = json_fault(content, reason)
+        raise error(f"{path} is not valid JSON: {fault}; give {limit.wanted}") from reason
     except RecursionError as reason:
         raise _too_deep(path, error) from reason
     _check_depth(path, data, error)
@@ -168,31 +167,3 @@ def _too_large(path: Path, error: type[ErrorT], limit: FileLimit) -> ErrorT:
         f"cannot read {path}: it has more than {limit.text}, the most for {limit.what}; give a "
         "smaller file"
     )
-
-
-def _json_fault(content: bytes, reason: Exception) -> str:
-    """Describe what is wrong in JSON, with its place, which the fast parser seldom tells."""
-    if not content.strip():
-        return "the file is empty"
-    try:
-        json.loads(content)
-    except json.JSONDecodeError as fault:
-        return f"{fault.msg} (at line {fault.lineno}, column {fault.colno})"
-    except UnicodeDecodeError:
-        return "the file is not UTF-8 text"
-    except (ValueError, RecursionError):  # a number or a depth that only this parser refuses
-        pass
-    return _fault_at(content, str(reason).removeprefix("JSON is malformed: "))
-
-
-def _fault_at(content: bytes, reason: str) -> str:
-    """Describe a fault whose place is given in bytes, by line and column."""
-    found = _AT_BYTE.search(reason)
-    if found is None:
-        return reason
-    before = content[: int(found[1])].decode(errors="replace")
-    place = f"line {before.count(chr(10)) + 1}, column {len(before) - before.rfind(chr(10))}"
-    number = _NO_NUMBER.match(content, int(found[1]))
-    if number is None:
-        return _AT_BYTE.sub(f"(at {place})", reason)
-    return f"{number[0].decode()} at {place} is no number of JSON; write a finite number"

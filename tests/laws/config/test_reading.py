@@ -20,6 +20,7 @@ from servoid.config.limits import (
     MOST_NESTED,
     MOST_TRANSFORMS,
     MOST_VIEW_PX,
+    SCENE_FILE,
     SETTINGS_FILE,
     FileLimit,
 )
@@ -231,8 +232,12 @@ def test_the_page_of_errors_lists_every_limit() -> None:
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b'{"version": 1,\n "body": ', r"Expecting value \(at line 2, column 10\)"),
-        (b"hello", r"Expecting value \(at line 1, column 1\)"),
+        (b'{"version": 1,\n "body": ', "it ends in the middle, at line 2, as if it were cut off"),
+        (b'{"version": 1,\n "body": "a b', "it ends in the middle, at line 2"),
+        (b'{"version": 1,\n "body": tr', "it ends in the middle, at line 2"),
+        (b'{"version": 1,\n "body" 2}', r"Expecting ':' delimiter \(at line 2, column 9\)"),
+        (b"a,b\n1,2\n", "line 1 begins with 'a,b', not with a brace"),
+        (b"\n \nhello " + 99 * b"l", r"line 3 begins with 'hello l+\.\.\.', not with a brace"),
         (b" \n", "the file is empty"),
         (b'{"version": "\xff"}', "the file is not UTF-8 text"),
         (
@@ -248,3 +253,19 @@ def test_a_fault_in_json_is_told_with_its_place(tmp_path: Path, content: bytes, 
     path.write_bytes(content)
     with pytest.raises(BodyError, match=rf"body\.json is not valid JSON: ({said})"):
         read_json(path, BodyError, BODY_FILE)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"a,b\n", b'{"version": 1', b'{"version" 1}', b'{"a": NaN}']
+)
+def test_what_is_no_json_is_told_with_the_file_that_is_wanted(
+    tmp_path: Path, content: bytes
+) -> None:
+    path = tmp_path / "body.json"
+    path.write_bytes(content)
+    with pytest.raises(BodyError) as told:
+        read_json(path, BodyError, BODY_FILE)
+    assert str(told.value).endswith("; give a body, such as servoid model --out writes")
+    with pytest.raises(CaptureError) as of_scene:
+        read_json(path, CaptureError, SCENE_FILE)
+    assert str(of_scene.value).endswith("; give the file as its program writes it")

@@ -14,6 +14,7 @@ from servoid.config.strict import read_toml
 from servoid.errors import StudyError
 from servoid.output import make_folder, write_together, write_whole
 from servoid.servo import settings_toml
+from servoid.words import suggestion
 from servoid_experiments.design import Section, Study, Table
 from servoid_experiments.page import write_study_page
 
@@ -45,7 +46,10 @@ def study_named(name: str) -> Study[Any]:
 
     """
     if name not in STUDIES:
-        raise StudyError(f"there is no study '{name}'; choose one of {', '.join(STUDIES)}")
+        raise StudyError(
+            f"there is no study '{name}'; choose one of {', '.join(STUDIES)}"
+            + suggestion(name, STUDIES)
+        )
     module, constant = STUDIES[name]
     return getattr(import_module(module), constant)
 

@@ -12,6 +12,7 @@ import msgspec
 
 from servoid.batch import Done
 from servoid.errors import StudyError
+from servoid.words import suggestion
 from servoid_experiments.stats import Spread, spread_of
 
 CaseT = TypeVar("CaseT", bound=msgspec.Struct)
@@ -83,7 +84,10 @@ def check_names(given: Iterable[str], known: Iterable[str], kind: str = "object"
     every = list(known)
     for name in given:
         if name not in every:
-            raise StudyError(f"unknown {kind} '{name}'; choose one of {', '.join(every)}")
+            raise StudyError(
+                f"unknown {kind} '{name}'; choose one of {', '.join(every)}"
+                + suggestion(name, every)
+            )
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ _NUMBER = re.compile(
 
 _COUNTED = re.compile(r"\d+(?:\.\d+)?")
 
+_ALIKE = 0.65  # share of letters that two names must have in common, in order
+
 _T = TypeVar("_T")
 
 
@@ -107,6 +109,15 @@ def _ranged(texts: Sequence[str]) -> str:
         words += first[end : match.start()] + range_of
         end = match.end()
     return words + first[end:]
+
+
+def suggestion(given: str, known: Iterable[str]) -> str:
+    """Return the end of a message on an unknown name: which known one it may mean, if any."""
+    from difflib import get_close_matches  # not above, as few messages need it
+
+    named = {name.lower(): name for name in known}
+    close = get_close_matches(given.lower(), named, n=1, cutoff=_ALIKE)
+    return f"; did you mean '{named[close[0]]}'?" if close else ""
 
 
 def camera_called(name: str) -> str:

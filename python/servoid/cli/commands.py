@@ -1,11 +1,13 @@
 """The group of all commands; its messages are servoid's own, whatever library read an option."""
 
+import re
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
 from servoid.cli.interrupting import InterruptedCommand
+from servoid.words import suggestion
 
 _KINDS = {
     "int_parsing": "is not a whole number; write one such as 3",
@@ -16,6 +18,8 @@ _BOUNDS = {
     "greater_than_equal": ("ge", "or more"),
     "less_than_equal": ("le", "or less"),
 }
+_CHOICE = re.compile(r"'(?P<given>[^']*)' is not one of (?P<known>'.+')\.?")
+_QUOTED = re.compile(r"'([^']*)'")
 _SHOWN = 40  # characters of a value in a message
 
 
@@ -45,11 +49,13 @@ def _reword(error: typer.BadParameter) -> None:
     """
     cause = error.__cause__
     errors = getattr(cause, "errors", None)
-    if errors is None:
-        return
-    words = _words(errors()[0])
+    words = None if errors is None else _words(errors()[0])
     if words is not None:
         error.message = words
+    choice = _CHOICE.fullmatch(error.message)
+    if choice is not None:
+        message = error.message.removesuffix(".")
+        error.message = message + suggestion(choice["given"], _QUOTED.findall(choice["known"]))
 
 
 def _words(found: dict[str, Any]) -> str | None:

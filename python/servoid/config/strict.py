@@ -11,6 +11,7 @@ import msgspec
 
 from servoid.config.reading import read_toml_text
 from servoid.errors import ServoidError
+from servoid.words import suggestion
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)
 
@@ -124,8 +125,9 @@ def _wrong_keys(
             line = line_of(text, key) if line_of(text, key, 1) is None else None
             on = f", line {line}" if line else ""
             new = getattr(struct, "RENAMED", {}).get(key)
+            meant = "" if new else suggestion(key, fields)
             now = f", which is now called '{new}'" if new else ""
-            yield f"{on}{_at(where)}: unknown key '{key}'{now}; {known}", False
+            yield f"{on}{_at(where)}: unknown key '{key}'{now}; {known}{meant}", False
     missing = [field for name, field in fields.items() if field.required and name not in data]
     if missing:
         names = ", ".join(f"'{field.encode_name}'" for field in missing)

@@ -8,6 +8,7 @@ import msgspec.toml
 from msgspec import Meta
 
 from servoid.errors import SimError
+from servoid.words import suggestion
 
 _FOLDER = Path(__file__).with_name("arms")
 
@@ -86,9 +87,10 @@ def read_arm(name: str = "pa10", links: str | None = None) -> ArmFile:
     """
     path = _FOLDER / f"{name}.toml"
     if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in _FOLDER.glob("*.toml")))
+        known = sorted(file.stem for file in _FOLDER.glob("*.toml"))
         raise SimError(
-            f"unknown arm '{name}'; choose {known}, or give the path of an arm's MJCF or URDF file"
+            f"unknown arm '{name}'; choose {', '.join(known)}, or give the path of an arm's MJCF "
+            f"or URDF file{suggestion(name, known)}"
         )
     arm = msgspec.toml.decode(path.read_bytes(), type=ArmFile)
     if links is None:

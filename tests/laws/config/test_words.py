@@ -24,6 +24,7 @@ from servoid.words import (
     hundredths,
     in_one_line,
     number_of,
+    suggestion,
     whole_number_of,
 )
 
@@ -133,3 +134,22 @@ def test_texts_that_differ_only_in_numbers_become_one_with_their_ranges(
     twice = list(range(len(texts))) * 2
     others = [("something else", -1), *said, *said]
     assert by_kind(others) == [(words, twice), ("something else", [-1])]
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ("bottel", "bottle"),
+        ("plan_mug", "plain_mug"),
+        ("MUG", "mug"),
+        ("mug", "mug"),
+        ("teapot", None),
+        ("", None),
+        ("x" * 10_000, None),
+    ],
+)
+def test_a_name_is_suggested_only_if_it_is_almost_the_one_that_was_given(
+    given: str, meant: str | None
+) -> None:
+    known = ("bottle", "drill", "mug", "plain_mug")
+    assert suggestion(given, known) == ("" if meant is None else f"; did you mean '{meant}'?")

@@ -1,5 +1,7 @@
 """A value that an option does not take is answered with what was given and what is allowed."""
 
+from pathlib import Path
+
 import pytest
 
 from conftest import Command
@@ -19,6 +21,15 @@ def framed(text: str) -> str:
         ("track run --seed " + "9" * 5000, f"'--seed': '{'9' * 40}...' has too many digits; write"),
         ("sample run --size medium", "'--size': 'medium' is not one of 'small', 'full'"),
         ("study modell --out results", "'name': 'modell' is not one of 'paper', 'bode',"),
+        (
+            "study modell",
+            "'name': 'modell' is not one of 'paper', 'bode', 'track', 'model'; did you "
+            "mean 'model'?",
+        ),
+        (
+            "sample run --size smal",
+            "'--size': 'smal' is not one of 'small', 'full'; did you mean 'small'?",
+        ),
         ("pick run --image -1", "'--image': -1 is out of range; choose 0 or more"),
         ("pick run --port 80000", "'--port': 80000 is out of range; choose 65535 or less"),
     ],
@@ -30,3 +41,20 @@ def test_a_value_that_an_option_does_not_take_is_repeated_beside_what_it_takes(
     assert done.code == 2
     assert framed(done.err).startswith(f"Invalid value for {message}")
     assert "Value error" not in done.err and "Input should" not in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("--object teapot", ""),
+        ("--object bottel", "; did you mean 'bottle'?"),
+        ("--world pa1O", "; did you mean 'pa10'?"),
+    ],
+)
+def test_a_name_that_is_almost_right_is_answered_with_the_right_one(
+    arguments: str, message: str, servoid_command: Command, tmp_path: Path
+) -> None:
+    done = servoid_command("servo", "--out", tmp_path / "run", *arguments.split())
+    assert (done.code, done.err.count("\n")) == (2, 1)
+    assert message in done.err
+    assert bool(message) == ("did you mean" in done.err)

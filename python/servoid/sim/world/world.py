@@ -39,6 +39,7 @@ from servoid.sim.world.scene.solids import Solids, add_solids
 from servoid.sim.world.scene.true_object import TrueObject, true_object
 from servoid.sim.world.scene.visuals import BOARD, OBJECT, Box, Finish, Visual
 from servoid.sim.world.settings import WorldSettings
+from servoid.words import suggestion
 
 _OVERVIEW_FOCAL = 1.05  # in widths of the picture
 _RENDERERS = {"raycast": Raycaster, "mujoco": OpenGl}
@@ -274,5 +275,6 @@ def _renderer(settings: WorldSettings, visuals: tuple[Visual, ...]) -> Renderer:
     if settings.renderer not in _RENDERERS:
         raise SimError(
             f"unknown renderer '{settings.renderer}'; choose one of {', '.join(_RENDERERS)}"
+            + suggestion(settings.renderer, _RENDERERS)
         )
     return _RENDERERS[settings.renderer](visuals)

@@ -11,12 +11,13 @@ import msgspec
 
 from servoid.config.reading import read_toml_text
 from servoid.errors import ServoidError
-from servoid.words import suggestion
+from servoid.words import digits, suggestion
 
 StructT = TypeVar("StructT", bound=msgspec.Struct)
 
 _MOST_REPORTED = 8  # tables with missing keys to report
 
+_BOUND = re.compile(r"(?P<length>of length )?(?P<sign>[<>]=?) (?P<number>[-+.\de]+)")
 _PLAIN_WORDS = {
     "`array`": "a list",
     "`object`": "a table",
@@ -79,9 +80,18 @@ def explained(reason: msgspec.ValidationError, data: Any, kind: Any, place: str)
     what = what.replace(" | null`", "`")  # do not mention that the key is optional
     for word, plain in _PLAIN_WORDS.items():
         what = what.replace(word, plain)
+    what = _BOUND.sub(_bound_in_words, what)
     what += _choices(kind, path) if what.startswith("Invalid enum value") else ""
     what += "" if "got" in what else _given(data, path)
     return f"{at}: {what[:1].lower()}{what[1:]}"
+
+
+def _bound_in_words(bound: re.Match[str]) -> str:
+    """Return a bound such as `> 0.0` as it is said: `above 0`."""
+    number = digits(float(bound["number"]))
+    words = {">": "above {}", "<": "below {}", ">=": "of {} or more", "<=": "of {} or less"}
+    said = words[bound["sign"]].format(number)
+    return said if bound["length"] is None else f"of length {said.removeprefix('of ')}"
 
 
 def is_finite(data: Any) -> bool:
@@ -206,7 +216,7 @@ def _given(data: Any, path: str) -> str:
             data = data[int(part) if isinstance(data, (list, tuple)) else part]
     except (LookupError, TypeError, ValueError):
         return ""
-    return f", got {data!r}" if isinstance(data, (int, float)) else ""
+    return f", got {repr(data).removesuffix('.0')}" if isinstance(data, (int, float)) else ""
 
 
 def _is_enum(kind: Any) -> bool:

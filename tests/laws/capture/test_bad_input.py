@@ -137,7 +137,7 @@ CAMERAS = {
     ),
     "depth with a scale of zero": (
         toml("distortion", 'depths = "masks/*.png"\ndepth_scale_m = 0.0\ndistortion'),
-        r"depth_scale_m: .*> 0",
+        r"depth_scale_m: .* above 0",
     ),
     "depth that loses bits": (
         toml("distortion", 'depths = "images/*.jpg"\ndepth_scale_m = 1.0\ndistortion'),
@@ -239,7 +239,7 @@ FILES = {
         r"'version' is 2; this servoid reads",
     ),
     "no version": (toml("version = 1", ""), r"the key 'version' is missing"),
-    "rate of zero": (toml("version = 1", "version = 1\nrate_hz = 0.0"), r"rate_hz: .*> 0"),
+    "rate of zero": (toml("version = 1", "version = 1\nrate_hz = 0.0"), r"rate_hz: .* above 0"),
     "broken TOML": (toml("[[camera]]", "[[camera]"), r"is not valid TOML: .*line 3"),
     "TOML in another encoding": (
         content("capture.toml", lambda data: b"# caf\xe9\n" + data),
@@ -321,7 +321,7 @@ def test_an_existing_body_survives_an_error(
         (("--views", "8:"), r"no usable view: views 8: selects none of the 8 views", 1),
         (("--delta", "nan"), r"delta", 2),
         (("--delta", "-1"), r"delta", 2),
-        (("--max-ellipsoids", "65"), r"max_ellipsoids must be 1 to 64, but it is 65", 2),
+        (("--max-ellipsoids", "65"), r"--max-ellipsoids must be 1 to 64, but it is 65", 2),
         (("--distance", "-1"), r"--distance is -1; give a positive number", 2),
         (("--target", "box:1,2,3"), r"needs 4 numbers", 2),
         (("--target", "box:9,2,3,4"), r"left < right", 2),

@@ -129,7 +129,7 @@ BAD = {
     "eight numbers": ("scene_camera", "cam_K", K[:8], r"image 1, cam_K: .*length 9"),
     "no focal length": ("scene_camera", "cam_K", [0.0, *K[1:]], r"cam_K: .*focal"),
     "no calibration": ("scene_camera", "cam_K", None, r"image 1, cam_K: expected.*list"),
-    "scale of zero": ("scene_camera", "depth_scale", 0, r"image 1, depth_scale: .*> 0"),
+    "scale of zero": ("scene_camera", "depth_scale", 0, r"image 1, depth_scale: .* above 0"),
     "no rotation": ("scene_camera", "cam_R_w2c", [1] * 9, r"scene_camera\.json, image 1: "),
     "pose of two numbers": ("scene_gt", "cam_t_m2c", [1, 2], r"image 1\[0\], cam_t_m2c: .*th 3"),
     "object by name": ("scene_gt", "obj_id", "duck", r"image 1\[0\], obj_id: .*whole number"),

@@ -56,8 +56,8 @@ def test_what_a_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
     [
         ("[hand]\ngain = 1", r"run.toml, line 2, hand: unknown key 'gain'; known keys: position_g"),
         ("[target]\noddness = 9", r"unknown key 'oddness', which is now called 'nis_gate'; known"),
-        ("[hand]\nposition_gain = 0", r"hand.position_gain: expected a number > 0"),
-        ("[joints]\nspeed_share = 1.5", r"joints.speed_share: expected a number <= 1"),
+        ("[hand]\nposition_gain = 0", r"hand.position_gain: expected a number above 0"),
+        ("[joints]\nspeed_share = 1.5", r"joints.speed_share: expected a number of 1 or less"),
         ("[joints]\nlaw = 'fast'", r"joints.law: invalid enum value 'fast'; choose one of qp, pap"),
         ("[gaze]\nmode = 'left'", r"gaze.mode: .* choose one of fixate, parallel"),
         ("[safety]\ncoast_s = nan", r"safety.coast_s: the number is not finite"),

@@ -150,12 +150,15 @@ def first(data: dict[str, Any]) -> dict[str, Any]:
             r"ellipsoids\[0\]: unknown key 'radius'; known keys: center, radii, rotation, color",
         ),
         (lambda data: first(data).pop("radii"), r"ellipsoids\[0\]: the key 'radii' is missing"),
-        (lambda data: first(data).update(radii=[1, 0, 1]), r"ellipsoids\[0\].radii.*> 0"),
+        (lambda data: first(data).update(radii=[1, 0, 1]), r"ellipsoids\[0\].radii.* above 0"),
         (lambda data: first(data).update(radii=[1, 1]), r"ellipsoids\[0\].radii.*length 3"),
         (lambda data: first(data).update(rotation=[1, 1, 0, 0]), r"length 1\.41421; it must be 1"),
-        (lambda data: first(data).update(color=[0, 0, 256]), r"ellipsoids\[0\].color.*<= 255"),
+        (
+            lambda data: first(data).update(color=[0, 0, 256]),
+            r"ellipsoids\[0\].color.* of 255 or less",
+        ),
         (lambda data: data.update(world_from_object=[0] * 7), "has length 0; it must be 1"),
-        (lambda data: data.update(ellipsoids=[]), "ellipsoids.*length >= 1"),
+        (lambda data: data.update(ellipsoids=[]), "ellipsoids.*length 1 or more"),
         (lambda data: data.update(ellipsoids=None), "ellipsoids"),
     ],
 )

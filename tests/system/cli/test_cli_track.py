@@ -296,7 +296,7 @@ def test_a_population_that_cannot_be_is_refused_before_anything_is_read(
 ) -> None:
     outcome = servoid_command("track", tmp_path / "none", "--population", "3")
     assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == "error: population must be 8 to 4096, but it is 3\n"
+    assert outcome.err == "error: --population must be 8 to 4096, but it is 3\n"
 
 
 def test_a_capture_that_is_not_there_is_named(folder: Path, servoid_command: Command) -> None:

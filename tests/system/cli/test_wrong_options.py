@@ -58,3 +58,32 @@ def test_a_name_that_is_almost_right_is_answered_with_the_right_one(
     assert (done.code, done.err.count("\n")) == (2, 1)
     assert message in done.err
     assert bool(message) == ("did you mean" in done.err)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            "model run --out b.json --max-ellipsoids 0",
+            "--max-ellipsoids must be 1 to 64, but it is 0",
+        ),
+        (
+            "model run --out b.json --max-ellipsoids -1",
+            "--max-ellipsoids must be a whole number, 0 or more, but -1 was given",
+        ),
+        (
+            "model run --out b.json --delta -1",
+            "--delta must be at least 0 and below 1, but it is -1",
+        ),
+        ("track run --out p.csv --population 7", "--population must be 8 to 4096, but it is 7"),
+        (
+            "track run --out p.csv --generations 5000",
+            "--generations must be 1 to 1000, but it is 5000",
+        ),
+    ],
+)
+def test_a_setting_out_of_range_is_named_by_the_option_that_sets_it(
+    arguments: str, message: str, servoid_command: Command
+) -> None:
+    done = servoid_command(*arguments.split())
+    assert (done.code, done.err) == (2, f"error: {message}\n")

@@ -47,6 +47,7 @@ from servoid.config.plausible import (
 )
 from servoid.config.reading import (
     check_regular,
+    missing,
     read_bytes,
     read_json,
     read_text,

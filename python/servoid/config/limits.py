@@ -7,12 +7,14 @@ from dataclasses import dataclass
 class FileLimit:
     """The largest size of a kind of file in bytes.
 
-    Messages name the kind by `what`, and by `wanted` a file of it that a user could give.
+    Messages name the kind by `what`, and by `wanted` a file of it that a user could give. Files of
+    it that are in the same folder as one that is missing are named, too, if `suffixes` are given.
     """
 
     what: str
     most_bytes: int
     wanted: str = "the file as its program writes it"
+    suffixes: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
@@ -27,7 +29,9 @@ IMAGE_FILE = FileLimit("images, masks and depth images", 512 * _MIB)
 BAG_MESSAGE = FileLimit("messages of bags", 512 * _MIB)
 STREAM_IMAGE = FileLimit("images of a stream over HTTP", 64 * _MIB)
 SETTINGS_FILE = FileLimit("capture.toml and other TOML files", 4 * _MIB)
-BODY_FILE = FileLimit("bodies", 32 * _MIB, "a body, such as servoid model --out writes")
+BODY_FILE = FileLimit(
+    "bodies", 32 * _MIB, "a body, such as servoid model --out writes", suffixes=(".json",)
+)
 POSES_FILE = FileLimit("poses.csv and other trajectories", 256 * _MIB)
 SCENE_FILE = FileLimit("transforms.json and the files of BOP scenes", 256 * _MIB)
 COLMAP_FILE = FileLimit("the files of COLMAP models", 1024 * _MIB)

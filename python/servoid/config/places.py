@@ -1,12 +1,16 @@
 """Finds files that a capture names, and confines them to the capture's folder."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import islice
 from pathlib import Path, PureWindowsPath
 
 from servoid.errors import CaptureError, ServoidError
+from servoid.words import joined
 
 _LONGEST_NAME = 100  # bytes; file systems take 255, and names of files are made of these
+_MOST_COMPARED = 1000  # names of files in a folder
+_MOST_NAMED = 3
 _SHOWN_NAME = 40  # characters in a message
 
 
@@ -83,6 +87,29 @@ def check_held(paths: Iterable[Path], folder: Path, place: str) -> None:
                 f"{place}: a link leads from {path} to {target}, out of the capture's folder "
                 f"{folder}; copy its target into the folder"
             )
+
+
+def beside(path: Path, suffixes: Sequence[str]) -> str:
+    """Name the files with one of the suffixes in the folder of a missing one, the likeliest first.
+
+    Of a folder with very many files only some are compared with the missing name.
+    """
+    from difflib import SequenceMatcher  # not above, as few messages need it
+
+    folder = path.parent
+    if not is_folder(folder):
+        return f"there is no folder {folder}"
+    try:
+        there = (one.name for one in folder.iterdir() if one.suffix.lower() in suffixes)
+        names = list(islice(there, _MOST_COMPARED))
+    except OSError:
+        return f"the folder {folder} cannot be read"
+    if not names:
+        return f"the folder has no {joined(list(suffixes), 'or')} file"
+    alike = {name: SequenceMatcher(None, name, path.name).ratio() for name in names}
+    names.sort(key=lambda name: (-alike[name], name))
+    more = [f"{len(names) - _MOST_NAMED} more"] if len(names) > _MOST_NAMED else []
+    return f"the folder has {joined([*names[:_MOST_NAMED], *more])}"
 
 
 def is_file(path: Path) -> bool:

@@ -2,6 +2,7 @@
 
 import re
 import stat
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -10,6 +11,7 @@ import msgspec.toml
 
 from servoid.config.json_fault import json_fault
 from servoid.config.limits import MOST_NESTED, SETTINGS_FILE, FileLimit
+from servoid.config.places import beside
 from servoid.errors import ServoidError
 
 ErrorT = TypeVar("ErrorT", bound=ServoidError)
@@ -53,6 +55,10 @@ def check_regular(path: Path, error: type[ServoidError], limit: FileLimit | None
     """
     try:
         status = path.stat()
+    except FileNotFoundError as reason:
+        if limit is None or not limit.suffixes:
+            raise unreadable(path, reason, error) from reason
+        raise missing(path, error, limit.wanted, limit.suffixes) from reason
     except OSError as reason:
         raise unreadable(path, reason, error) from reason
     except ValueError as reason:  # a name that contains a null character
@@ -62,6 +68,13 @@ def check_regular(path: Path, error: type[ServoidError], limit: FileLimit | None
             raise error(f"cannot read {path}: it {words}, not a file; give a file")
     if limit is not None and status.st_size > limit.most_bytes:
         raise _too_large(path, error, limit)
+
+
+def missing(path: Path, error: type[ErrorT], wanted: str, suffixes: Sequence[str]) -> ErrorT:
+    """Make the `error` that reports that a file is missing, what is wanted, and what is there."""
+    return error(
+        f"cannot read {path}: no such file or directory; give {wanted}; {beside(path, suffixes)}"
+    )
 
 
 def unreadable(path: Path, reason: OSError, error: type[ErrorT]) -> ErrorT:

@@ -1,11 +1,13 @@
 """Finds the object that a target means in its image."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from servoid.camera import gaussian, read_image, read_mask
-from servoid.errors import DoubtError, TargetError, located
+from servoid.config import exists, missing
+from servoid.errors import DoubtError, ImageError, MaskError, ServoidError, TargetError, located
 from servoid.segment.answers import CLEAR, HAND_PX, STEADY, Answers
 from servoid.segment.boxes import Corners, grow_from_box, larger, pixels_in
 from servoid.segment.clicks import grow_from_click
@@ -13,6 +15,7 @@ from servoid.segment.doubts import Depth, far_sides, is_thin, parted_by_depth, t
 from servoid.segment.hue import hue_planes, match_image
 from servoid.segment.segment import Image, Mask, check_image
 from servoid.segment.target import (
+    IMAGE_SUFFIXES,
     BackgroundTarget,
     BoxTarget,
     ClickTarget,
@@ -129,8 +132,10 @@ def _find(target: Target, image: Image, depth: Depth | None) -> Found:
     size_px = image.shape[1], image.shape[0]
     match target:
         case MaskTarget(path=path):
+            _check_there(path, MaskError, "an image that is zero on all but the object")
             return _drawn(read_mask(path, size_px))
         case BackgroundTarget(path=path):
+            _check_there(path, ImageError, "an image of the scene without the object")
             return _alone(changed_part(image, read_image(path, size_px)))
         case HueTarget():
             return _alone(hue_part(image, target))
@@ -138,6 +143,11 @@ def _find(target: Target, image: Image, depth: Depth | None) -> Found:
             return _in_box(image, target, depth)
         case ClickTarget():
             return _at_click(image, target)
+
+
+def _check_there(path: Path, error: type[ServoidError], wanted: str) -> None:
+    if not exists(path):
+        raise missing(path, error, wanted, IMAGE_SUFFIXES)
 
 
 def _alone(mask: Mask) -> Found:

@@ -11,7 +11,7 @@ _FORMS = (
     "mask:FILE, box:U0,V0,U1,V1, click:U,V, hue:LOW..HIGH or background:FILE, each with an "
     "optional @VIEW at its end, such as box:120,80,420,400@eye/0003"
 )
-_IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ def parse_target(text: str) -> Target:
 def _split_view(rest: str, *, is_file: bool) -> tuple[str, str | None]:
     value, at, view = rest.rpartition("@")
     # View names have no suffix, so in `mask:a@2x.png` the @ belongs to the file.
-    if not at or (is_file and view.lower().endswith(_IMAGE_SUFFIXES)):
+    if not at or (is_file and view.lower().endswith(IMAGE_SUFFIXES)):
         return rest, None
     return value, view
 

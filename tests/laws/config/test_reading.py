@@ -269,3 +269,18 @@ def test_what_is_no_json_is_told_with_the_file_that_is_wanted(
     with pytest.raises(CaptureError) as of_scene:
         read_json(path, CaptureError, SCENE_FILE)
     assert str(of_scene.value).endswith("; give the file as its program writes it")
+
+
+def test_a_body_that_is_not_there_is_told_with_what_makes_one_and_which_are_there(
+    tmp_path: Path,
+) -> None:
+    lost = tmp_path / "mugg.json"
+    wanted = "no such file or directory; give a body, such as servoid model --out writes"
+    with pytest.raises(BodyError, match=rf"{wanted}; the folder has no \.json file$"):
+        load_body(lost)
+    for name in ("bottle.json", "drill.json", "mug.json", "mug.png", "plain_mug.json", "x.json"):
+        (tmp_path / name).touch()
+    with pytest.raises(BodyError, match=rf"{wanted}; the folder has mug\.json, .* and 2 more$"):
+        load_body(lost)
+    with pytest.raises(BodyError, match=rf"{wanted}; there is no folder .*away$"):
+        load_body(tmp_path / "away" / "mug.json")

@@ -106,7 +106,12 @@ def test_an_object_in_a_recording_may_move_unless_observations_are_chosen(
         ("box:500,10,600,90", r"the box lies outside the image, which has u from 0 to 159"),
         ("box:0,0,159,119", r"covers the whole image, .*; draw it closer"),
         ("click:-9,4@eye/0001", r"the click lies outside the image, which has u from 0 to 159"),
-        ("mask:nowhere.png", r"nowhere\.png: no such file"),
+        (
+            "mask:nowhere.png",
+            r"nowhere\.png: no such file or directory; give an image that is zero on all but the "
+            r"object; the folder has no \.png",
+        ),
+        ("background:far/away.png", r"; give an image of the scene without the .* no folder far$"),
         ("circle:3,4", r"no known form; write mask:FILE, box:"),
     ],
 )

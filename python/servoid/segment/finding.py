@@ -23,7 +23,7 @@ from servoid.segment.target import (
     MaskTarget,
     Target,
 )
-from servoid.words import joined
+from servoid.words import digits, joined
 
 _LEAST_CHANGE = 10.0  # grey levels; noise of cameras and compression is smaller
 _DEEPEST_SHADOW = 0.45
@@ -218,11 +218,11 @@ def _beyond(box: Corners, image: Image) -> tuple[str, ...]:
         "right": box[2] - (width - 1.0),
         "bottom": box[3] - (height - 1.0),
     }
-    sides = [side for side, pixels in over.items() if pixels > HAND_PX]
+    sides = [f"its {side} by {digits(px)} px" for side, px in over.items() if px > HAND_PX]
     if not sides:
         return ()
     return (
-        f"the box extends beyond the image at its {joined(sides)}: u is from 0 to {width - 1} "
+        f"the box extends beyond the image at {joined(sides)}: u is from 0 to {width - 1} "
         f"and v from 0 to {height - 1}; check the numbers, and that the image was not resized",
     )
 

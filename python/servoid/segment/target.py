@@ -11,6 +11,12 @@ _FORMS = (
     "mask:FILE, box:U0,V0,U1,V1, click:U,V, hue:LOW..HIGH or background:FILE, each with an "
     "optional @VIEW at its end, such as box:120,80,420,400@eye/0003"
 )
+_EXAMPLES = {
+    "box": "left, top, right, bottom in pixels, such as box:120,80,420,400",
+    "click": "a pixel on the object, such as click:320,240",
+    "hue": "two angles in degrees, such as hue:200..260 for blue, hue:90..150 for green or "
+    "hue:340..20 for red",
+}
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
@@ -158,7 +164,7 @@ def parse_target(text: str) -> Target:
     if len(numbers) != count:
         raise TargetError(
             f"the target '{text}' needs {count} numbers with '{separator}' between them; "
-            f"write {_FORMS}"
+            f"write {_EXAMPLES[kind]}"
         )
     with located(f"the target '{text}'"):
         if kind == "box":

@@ -119,21 +119,21 @@ def test_places_of_no_common_point_are_told_with_few_digits(
 @pytest.mark.parametrize(
     ("box", "sides"),
     [
-        ((40, 20, 120, 160), "bottom"),
-        ((-10, 20, 120, 100), "left"),
-        ((40, -9, 190, 140), "top, right and bottom"),
+        ((40, 20, 120, 160), "its bottom by 41 px"),
+        ((-10, 20, 120, 100), "its left by 10 px"),
+        ((40, -9, 190, 140), "its top by 9 px, its right by 31 px and its bottom by 21 px"),
         ((40, 20, 120, HEIGHT + 2), ""),
     ],
 )
-def test_a_box_that_reaches_beyond_its_image_is_told(
+def test_a_box_that_reaches_beyond_its_image_is_told_with_by_how_much(
     box: tuple[int, int, int, int], sides: str, drawing: Drawing
 ) -> None:
     image = drawing.picture(drawing.world_from_cameras()[0])
     notes = find_with_doubts(BoxTarget(*map(float, box)), image).notes
-    found = [note for note in notes if "extends beyond the image at its" in note]
+    found = [note for note in notes if "extends beyond the image at" in note]
     assert len(found) == bool(sides)
     if sides:
-        assert f"at its {sides}: u is from 0 to 159 and v from 0 to 119" in found[0]
+        assert f"beyond the image at {sides}: u is from 0 to 159 and v from 0 to 119" in found[0]
 
 
 def test_a_doubt_about_a_box_that_reaches_beyond_its_image_begins_with_that(

@@ -1,4 +1,5 @@
 import colorsys
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -56,8 +57,7 @@ def test_a_target_may_name_its_view() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "cup", "box", "box:", "box:1,2,3", "box:1,2,3,x", "click:1,2,3", "hue:10", "hue:a..b",
-     "mask:", "mask:@eye/1", "click:1,2@", "circle:1,2,3"],
+    ["", "cup", "box", "box:", "mask:", "mask:@eye/1", "click:1,2@", "circle:1,2,3"],
 )  # fmt: skip
 def test_what_is_no_target_is_refused_with_the_forms_and_an_example(text: str) -> None:
     with pytest.raises(TargetError) as refused:
@@ -65,6 +65,22 @@ def test_what_is_no_target_is_refused_with_the_forms_and_an_example(text: str) -
     assert f"'{text}'" in str(refused.value)
     assert "box:U0,V0,U1,V1" in str(refused.value)
     assert "box:120,80,420,400@eye/0003" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "text", ["box:1,2,3", "box:1,2,3,x", "click:1,2,3", "hue:10", "hue:a..b", "hue:200-260"]
+)
+def test_numbers_of_a_target_that_are_not_as_many_are_answered_with_an_example_that_is_valid(
+    text: str,
+) -> None:
+    with pytest.raises(
+        TargetError, match=rf"^the target '{text}' needs \d numbers with"
+    ) as refused:
+        parse_target(text)
+    kind = text.split(":")[0]
+    examples = re.findall(rf"{kind}:[\d.,]+\d", str(refused.value).partition("write ")[2])
+    assert examples
+    assert [str(parse_target(one)) for one in examples] == examples
 
 
 @pytest.mark.parametrize(

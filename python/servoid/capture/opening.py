@@ -1,6 +1,7 @@
 """Opens captures: reads `capture.toml` and finds the files that it names."""
 
 import glob
+from collections.abc import Iterator
 from pathlib import Path
 
 from servoid._native import Pose
@@ -19,6 +20,7 @@ from servoid.config import check_held, check_inside, path_of
 from servoid.errors import CaptureError
 from servoid.words import counted
 
+_MOST_NAMED = 3  # files of no image, in a note
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 
 
@@ -36,14 +38,24 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
     """
     toml = _find_toml(path_of(path, CaptureError))
     file, lenses = read_capture_file(toml, supplier)
+    notes: list[str] = []
     cameras = tuple(
-        _list_camera(toml, entry, lens) for entry, lens in zip(file.camera, lenses, strict=True)
+        _list_camera(toml, entry, lens, notes)
+        for entry, lens in zip(file.camera, lenses, strict=True)
     )
     count = len(cameras[0].pictures)
     for camera in cameras[1:]:
         _check_pairs(toml, cameras[0], camera)
     times_s, poses = _read_motion(toml, file, count)
-    return Capture(toml, cameras, poses, times_s, rate_hz=file.rate_hz, metric=file.metric)
+    return Capture(
+        toml,
+        cameras,
+        poses,
+        times_s,
+        rate_hz=file.rate_hz,
+        metric=file.metric,
+        notes=tuple(notes),
+    )
 
 
 def count_uncalibrated(path: str | Path) -> int:
@@ -86,17 +98,22 @@ def _read_motion(
     return tuple(times_s), tuple(poses)
 
 
-def _list_camera(toml: Path, entry: CameraEntry, mounted: MountedLens) -> CaptureCamera:
+def _list_camera(
+    toml: Path, entry: CameraEntry, mounted: MountedLens, notes: list[str]
+) -> CaptureCamera:
+    """List the files of a camera; what is wrong with some of them is added to `notes`."""
     place = f"{toml}, camera '{entry.name}'"
     pictures = _list_pictures(toml, entry.images, f"{place}, images")
     masks: dict[str, Path] = {}
     if entry.masks is not None:
         masks = _list_masks(toml, entry.masks, f"{place}, masks")
         _check_names(pictures, masks, f"{place}, masks = '{entry.masks}'")
+        notes.extend(_lone_notes(pictures, masks, "mask", entry.name))
     depths: dict[str, Path] = {}
     if entry.depths is not None:
         depths = _list_depths(toml, entry.depths, f"{place}, depths")
         _check_names(pictures, depths, f"{place}, depths = '{entry.depths}'")
+        notes.extend(_lone_notes(pictures, depths, "depth image", entry.name))
     return CaptureCamera(
         name=entry.name,
         lens=mounted.lens,
@@ -164,6 +181,21 @@ def _check_names(pictures: tuple[Picture, ...], found: dict[str, Path], place: s
         raise CaptureError(
             f"{place}: no {kind} has the name of an image: the pattern matches {first.name} and "
             f"others; name each {kind} like its image, such as {pictures[0].stem}{first.suffix}"
+        )
+
+
+def _lone_notes(
+    pictures: tuple[Picture, ...], found: dict[str, Path], kind: str, camera: str
+) -> Iterator[str]:
+    """Report the files that belong to no image of a camera, and are not used."""
+    stems = {picture.stem for picture in pictures}
+    lone = [path.name for stem, path in sorted(found.items()) if stem not in stems]
+    if lone:
+        more = f" and {len(lone) - _MOST_NAMED} more" if len(lone) > _MOST_NAMED else ""
+        have = "has" if len(lone) == 1 else "have"
+        yield (
+            f"{counted(len(lone), kind)} of camera '{camera}' {have} no image of the same name, of "
+            f"{len(found)}: {', '.join(lone[:_MOST_NAMED])}{more}; name each {kind} like its image"
         )
 
 

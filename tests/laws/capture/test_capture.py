@@ -1,4 +1,5 @@
 import csv
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -236,3 +237,20 @@ def test_a_single_camera_needs_an_angle_of_view_only(tmp_path: Path) -> None:
 def test_a_table_that_says_too_little_is_refused(tmp_path: Path, more: str, words: str) -> None:
     with pytest.raises((CaptureError, CameraError), match=words):
         open_capture(one_image(tmp_path, more))
+
+
+@pytest.mark.parametrize(("extra", "more"), [(1, ""), (5, " and 2 more")])
+def test_masks_of_no_image_are_told_with_their_number_and_names(
+    extra: int, more: str, drawn_capture: Path, tmp_path: Path
+) -> None:
+    folder = shutil.copytree(drawn_capture, tmp_path / "capture")
+    masks = sorted((folder / "masks").glob("*.png"))
+    for number in range(extra):
+        shutil.copy(masks[0], masks[0].with_stem(f"lone_{number}"))
+    (note,) = open_capture(folder).notes
+    names = ", ".join(f"lone_{number}.png" for number in range(min(extra, 3)))
+    have = "1 mask of camera 'eye' has" if extra == 1 else f"{extra} masks of camera 'eye' have"
+    assert note.startswith(
+        f"{have} no image of the same name, of {len(masks) + extra}: {names}{more}; "
+    )
+    assert open_capture(drawn_capture).notes == ()

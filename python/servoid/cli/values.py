@@ -8,7 +8,7 @@ from typing import NamedTuple
 import typer
 
 from servoid._native import ModelSettings
-from servoid.cli.wrong_options import of_options
+from servoid.errors import ServoidError
 from servoid.words import number_of
 
 _LARGEST_SEED = 2**64 - 1
@@ -89,15 +89,18 @@ def check_count(count: int | None) -> int | None:
 
 
 def checked_by(settings: Callable[..., object], name: str) -> Callable[[int | None], int | None]:
-    """Return a callback that refuses a count that the core cannot hold, with its error message.
+    """Return a callback that refuses an invalid count with the core's error message.
 
     The core's settings define the range, and refuse other counts when they are constructed.
     """
 
     def check(number: int | None) -> int | None:
-        if number is not None and not 0 <= number <= _LARGEST_COUNT:
-            with of_options():
+        if number is not None and not _is_count(number):
+            try:
                 settings(**{name: number})
+            except ServoidError as error:  # which names the setting, not the option
+                message = str(error).replace(f"{name} must", "it must", 1)
+                raise typer.BadParameter(message) from error
         return number
 
     return check

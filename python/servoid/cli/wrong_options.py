@@ -6,8 +6,8 @@ from contextlib import contextmanager
 
 from servoid.errors import MissingExtraError, ServoidError
 
-# The core refuses a value with `name must be allowed, but it is given`, or `but given was given`.
-_SETTING = re.compile(r"^\w+(?= must be .+, but (?:it is .+|.+ was given)$)")
+# The core refuses a value with `name must be allowed, but it is given`.
+_SETTING = re.compile(r"^\w+(?= must be .+, but it is )")
 
 
 class OptionError(ServoidError, ValueError):

@@ -14,7 +14,7 @@ from servoid import _native
 from servoid.cli.doctor.installed import NEEDED, installed_libraries
 from servoid.errors import MissingExtraError
 from servoid.sim import SelfTest
-from servoid.source.devices.realsense import load_library
+from servoid.source.devices import load_library
 
 _CPU_MODEL = re.compile(r"^model name\s*: (.+)$", re.MULTILINE)
 _GL_S = 20.0  # time allowed for a graphics driver to answer

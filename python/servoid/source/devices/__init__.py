@@ -2,7 +2,12 @@
 
 from servoid.source.devices.found import FoundDevice
 from servoid.source.devices.genicam import GenicamVideo, list_genicam, open_genicam
-from servoid.source.devices.realsense import RealSenseVideo, list_realsense, open_realsense
+from servoid.source.devices.realsense import (
+    RealSenseVideo,
+    list_realsense,
+    load_library,
+    open_realsense,
+)
 
 __all__ = [
     "FoundDevice",

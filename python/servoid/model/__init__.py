@@ -12,6 +12,7 @@ from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import RangeSamples, range_samples_of_cloud
 from servoid.model.result import Coverage, IouByCount, ModelResult
 from servoid.model.running import Progress, ProgressCallback
+from servoid.model.verdict import GOOD_IOU, rate_body
 from servoid.renamed import refuse_old_names
 
 __all__ = [

@@ -21,6 +21,7 @@ from servoid._native import (
 from servoid.capture import CaptureView
 from servoid.model.misfit import misfit_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
+from servoid.model.verdict import ModelVerdict, rate_body
 from servoid.shape import MadeBy, SeenEntry, save_body
 from servoid.words import are, hundredths
 
@@ -108,6 +109,14 @@ class ModelResult:
     def fitness(self) -> float:
         """Return the fitness F of the body, at most 1."""
         return self.steps[-1].fitness
+
+    @property
+    def verdict(self) -> ModelVerdict:
+        """Return whether the body is good, as its report begins."""
+        views = (*self.used_views, *self.unused_views)
+        ious = (*self.iou_used.tolist(), *self.iou_unused.tolist())
+        named = [(view.name, iou) for view, iou in zip(views, ious, strict=True)]
+        return rate_body(named, self.fitness)
 
     @cached_property
     def iou_by_count(self) -> IouByCount:

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from servoid._native import Body, Estimate, Pose
 from servoid.words import by_kind
 
+# The minimum share of tracked observations for each word.
+_VERDICTS = (("good", 0.95), ("rough", 0.7), ("poor", 0.0))
+
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
@@ -83,6 +86,11 @@ class TrackResult:
     def tracked_share(self) -> float:
         """Return the share of observations in which the images confirm the pose, 0 to 1."""
         return self.tracked_count / len(self.tracked)
+
+    @property
+    def verdict(self) -> str:
+        """Return whether the tracking is good, rough or poor, as its report begins."""
+        return next(word for word, least in _VERDICTS if self.tracked_share >= least)
 
     @property
     def gaps(self) -> list[Gap]:

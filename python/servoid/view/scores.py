@@ -1,16 +1,13 @@
 """Scores views, for the pictures and sentences of the report."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from servoid.capture import CaptureView
-from servoid.model import ModelResult
+from servoid.model import GOOD_IOU, ModelResult, rate_body
 from servoid.words import counted
 
-# The minimum IoU of the worst view for each word.
-_VERDICTS = (("Good", 0.8), ("Rough", 0.6), ("Poor", -math.inf))
 _MOST_NAMED = 5
 
 USED_COLOR = (31, 90, 166)
@@ -52,29 +49,21 @@ def mean_iou(scored: list[ScoredView], *, used: bool) -> float | None:
 
 def verdict(scored: list[ScoredView], fitness: float) -> list[str]:
     """Return sentences: whether a body is good, and which views it does not explain."""
+    words = rate_body([(one.view.name, one.iou) for one in scored], fitness).words
+    words = words[0].upper() + words[1:]
     if not scored:
-        return [f"The body fits the input with F = {fitness:.3f}, where 1 is a perfect fit."]
-    worst = min(scored, key=lambda one: one.iou)
-    mean = float(np.mean([one.iou for one in scored]))
-    word = next(word for word, least in _VERDICTS if worst.iou >= least)
-    sentences = [
-        f"{word}: the body explains {_percent(worst.iou)} of the worst view, {worst.view.name}, "
-        f"and {_percent(mean)} on average, measured by the IoU of mask and silhouette."
-    ]
-    poor = sorted((one for one in scored if one.iou < _VERDICTS[0][1]), key=lambda one: one.iou)
+        return [f"{words}."]
+    sentences = [f"{words}, measured by the IoU of mask and silhouette."]
+    poor = sorted((one for one in scored if one.iou < GOOD_IOU), key=lambda one: one.iou)
     if poor:
         names = ", ".join(one.view.name for one in poor[:_MOST_NAMED])
         more = f" and {len(poor) - _MOST_NAMED} more" if len(poor) > _MOST_NAMED else ""
         verb = "view has" if len(poor) == 1 else "views have"
         sentences.append(
-            f"{len(poor)} of {len(scored)} {verb} less than {100.0 * _VERDICTS[0][1]:g} %: {names}"
+            f"{len(poor)} of {len(scored)} {verb} less than {100.0 * GOOD_IOU:g} %: {names}"
             f"{more}. Look at their masks and poses first."
         )
     return sentences
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.1f} %"
 
 
 def score_words(scored: list[ScoredView], count: int) -> str:

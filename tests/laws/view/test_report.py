@@ -1,6 +1,7 @@
 """The report: what its pictures show is measured in their pixels."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from conftest import Drawing
 from servoid.capture import open_capture
+from servoid.cli.model.summary import print_summary
 from servoid.errors import OutputError
 from servoid.model import ModelResult, fit
 from servoid.view import write_report
@@ -91,6 +93,19 @@ def test_the_summary_says_what_the_result_says(result: ModelResult, written: lis
 
 
 @pytest.mark.extended
+def test_page_and_terminal_begin_with_the_same_verdict(
+    result: ModelResult, written: list[Path], capfd: pytest.CaptureFixture[str]
+) -> None:
+    page = written[0].read_text()
+    first = re.findall(r'<p class="verdict">(.+)</p>', page)[0].lower()
+    capfd.readouterr()
+    print_summary("photos", result, Path("body.json"), ())
+    head, _, rest = capfd.readouterr().out.partition("  ellipsoids ")
+    assert head.splitlines()[1].startswith("  verdict ") and rest
+    words = " ".join(head.split())
+    assert first.startswith(words.removeprefix("Modelled photos verdict ").lower())
+
+
 def test_without_unused_views_the_summary_has_none_for_them(
     result: ModelResult, tmp_path: Path
 ) -> None:

@@ -27,6 +27,7 @@ def test_the_page_says_first_whether_the_track_is_good_and_then_what_is_not(
     result = TrackResult("cup", track, plain_body(OWN, count=2))
     first, *more = TrackFigures(result, history_of(20)).verdict()
     assert first.startswith(f"Tracking: {sentence}")
+    assert first.startswith(f"Tracking: {result.verdict};")
     often = "once" if lost == 1 else f"{lost} times"
     range_of = "0" if lost <= 1 else f"0 to {lost - 1}"
     why = f"The most frequent notice while it was not, {often}: dark by {range_of}."

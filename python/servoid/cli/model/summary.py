@@ -24,6 +24,11 @@ def print_summary(source: str, result: ModelResult, out: Path, pictures: Sequenc
 
 
 def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[tuple[str, str]]:
+    words = textwrap.wrap(
+        result.verdict.words, _VALUE_WIDTH, break_long_words=False, break_on_hyphens=False
+    )
+    for index, line in enumerate(words):
+        yield "" if index else "verdict", line
     yield "ellipsoids", str(len(result.body))
     yield "fitness F", f"{result.fitness:.4f}"
     if result.used_views:

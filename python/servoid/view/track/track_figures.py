@@ -15,8 +15,6 @@ from servoid.view.track.timeline_plot import notice_times, state_of
 from servoid.view.track.turning import Cause, Turning, turning_of
 from servoid.words import counted, finite, joined
 
-# The minimum share of tracked observations for each word.
-_VERDICTS = (("good", 0.95), ("rough", 0.7), ("poor", 0.0))
 _MOST_GAPS = 4
 _LEAST_DEG = 0.05  # below which an angle would be rounded to 0
 _MS_PER_S = 1e3
@@ -91,8 +89,7 @@ class TrackFigures:
 
     def verdict(self) -> Iterator[str]:
         """Yield sentences: whether the tracking is good and why not, and what the body shows."""
-        word = next(word for word, least in _VERDICTS if self.result.tracked_share >= least)
-        yield f"Tracking: {word}; it was {self._tracked_words()}"
+        yield f"Tracking: {self.result.verdict}; it was {self._tracked_words()}"
         doubts = notice_times([one for one in self.result.tracked if not one.is_tracked])
         if doubts:
             words, times = next(iter(doubts.items()))

@@ -6,6 +6,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from servoid.cli.flags import flags_without_type
 from servoid.cli.interrupting import InterruptedCommand
 from servoid.words import suggestion
 
@@ -29,6 +30,11 @@ class Commands(TyperGroup):
     Its library would end an interrupted one without a message, and does not say of a wrong option
     what was given.
     """
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help."""
+        with flags_without_type(self.get_params(ctx)):
+            super().format_help(ctx, formatter)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the requested command."""

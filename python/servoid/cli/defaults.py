@@ -6,10 +6,10 @@ from enum import Enum
 from types import SimpleNamespace
 from typing import Any
 
-from typer.core import TyperCommand
+from servoid.cli.flags import CommandWithFlags
 
 
-class CommandWithDefaults(TyperCommand):
+class CommandWithDefaults(CommandWithFlags):
     """A command whose help may name a default by its dotted name, such as `{servo.run.seconds}`.
 
     The name is looked up when the help is printed, so that a command need not import the module

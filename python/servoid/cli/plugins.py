@@ -6,6 +6,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from servoid._native import __version__
+from servoid.cli.flags import CommandWithFlags
 from servoid.errors import MissingExtraError, ServoidError
 
 GROUP = "servoid.commands"
@@ -27,7 +28,7 @@ def add_commands(app: typer.Typer) -> None:
         if name in own:
             continue
         try:
-            app.command(name)(entry.load())
+            app.command(name, cls=CommandWithFlags)(entry.load())
         except Exception as error:  # any error of another package
             _add_refusal(app, name, _unfit(entry, error))
     if _STUDY not in found:

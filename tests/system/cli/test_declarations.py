@@ -224,6 +224,13 @@ def test_no_help_page_cuts_an_option_at_80_columns(command: str, servoid_command
     assert {name for name in given if name.startswith("--")} - names == set()
 
 
+@pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS if name != "servoid")])
+def test_a_flag_has_no_type_on_a_help_page(command: list[str], servoid_command: Command) -> None:
+    page = servoid_command(*command, "--help").out
+    assert "Show this message and exit." in page
+    assert re.search("bool", page, re.IGNORECASE) is None
+
+
 @pytest.mark.parametrize("command", [name for name in COMMANDS if not COMMANDS[name].hidden])
 def test_a_help_page_ends_no_line_before_the_terminal_does(
     command: str, servoid_command: Command

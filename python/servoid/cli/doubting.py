@@ -7,6 +7,7 @@ from typing import Protocol, TypeVar
 
 import typer
 
+from servoid.cli.messages import print_message
 from servoid.errors import DoubtError, TargetError
 from servoid.output import write_whole
 from servoid.record import draw_answers
@@ -46,7 +47,7 @@ def settled(work: Callable[[bool], _Made], order: TargetOrder) -> _Made:
         words = f"{doubt}; {picture} shows the candidates"
         if not _can_ask():
             raise TargetError(f"{words}; --trust-targets continues with the first one") from doubt
-        typer.echo(words, err=True)
+        print_message(words)
         if not typer.confirm("Continue with the first one?", err=True):
             raise TargetError(f"the target is doubtful; see {picture}") from doubt
     return work(True)

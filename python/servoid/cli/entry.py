@@ -14,6 +14,7 @@ from servoid.cli.interrupting import (
     exit_code,
     heeded_signals,
 )
+from servoid.cli.messages import print_message
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import ServoidError
 
@@ -103,5 +104,5 @@ def _bug(error: BaseException) -> str:
 def _fail(message: str, code: int) -> NoReturn:
     if os.environ.get(_SHOW_TRACEBACK) == "1":
         traceback.print_exc()
-    sys.stderr.write(message + "\n")
+    print_message(message)
     sys.exit(code)

@@ -11,6 +11,7 @@ import numpy as np
 import typer
 
 from servoid.cli.interrupting import INTERRUPTED
+from servoid.cli.messages import print_message
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.progress import progress_bar
 from servoid.cli.servo.interrupted import FolderBefore, after_servoing
@@ -115,7 +116,7 @@ def _servoed(
 
 
 def _end_interrupted(message: str) -> NoReturn:
-    typer.echo(message, err=True)
+    print_message(message)
     raise typer.Exit(INTERRUPTED)
 
 

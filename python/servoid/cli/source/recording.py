@@ -6,6 +6,7 @@ from collections import Counter
 import typer
 
 from servoid.cli.interrupting import INTERRUPTED
+from servoid.cli.messages import print_message
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.progress import progress_bar
 from servoid.cli.source.converting import convert
@@ -167,7 +168,7 @@ def _record(order: RecordOrder, word: SourceWord) -> None:
     rows += [("assumed", note) for note in footage.notes]
     _print([*rows, ("recording", str(order.out))])
     if is_stopped and order.duration is not None:
-        typer.echo(f"interrupted after {counted(count, 'observation')}", err=True)
+        print_message(f"interrupted after {counted(count, 'observation')}")
         raise typer.Exit(INTERRUPTED)
 
 

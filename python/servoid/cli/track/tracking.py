@@ -10,6 +10,7 @@ import typer
 from servoid.capture import Capture
 from servoid.cli.doubting import settled
 from servoid.cli.interrupting import INTERRUPTED
+from servoid.cli.messages import print_message
 from servoid.cli.overwriting import Output, check_inputs_kept, files_of
 from servoid.cli.progress import progress_bar
 from servoid.cli.source.footage import Draw, Footage, LiveFootage, open_footage
@@ -99,7 +100,7 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
     lacking += [] if doubt is None else [doubt]
     print_track_summary(order.source, footage, results, files, lacking)
     if isinstance(stopped, KeyboardInterrupt):
-        typer.echo(_ending(stopped, len(collector)), err=True)
+        print_message(_ending(stopped, len(collector)))
         raise typer.Exit(INTERRUPTED)
     if stopped is not None:
         raise stopped

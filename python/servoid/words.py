@@ -51,6 +51,11 @@ def digits(number: float) -> str:
     return f"{number:.6g}"
 
 
+def measured(number: float) -> str:
+    """Format what was measured with four significant digits at most."""
+    return digits(float(f"{number:.4g}"))
+
+
 def four_digits(number: float) -> str:
     """Format a number with four significant digits at most, and never with an exponent."""
     import numpy as np

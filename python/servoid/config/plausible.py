@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args, get_origin
 
-from servoid.words import digits
+from servoid.words import digits, measured
 
 OBJECT_LEAST_M, OBJECT_MOST_M = 1e-3, 10.0
 """The sizes of objects: others are reported, as their unit may be any."""
@@ -94,7 +94,7 @@ def size_note(what: str, sides_m: Iterable[float]) -> str | None:
         cure = "if its unit is the kilometre or the inch, scale it by 1000 or 0.0254"
     else:
         return None
-    return f"{what} is {digits(size_m)} m large; {cure}"
+    return f"{what} is {measured(size_m)} m large; {cure}"
 
 
 def _numbers(value: Any) -> Iterator[float]:

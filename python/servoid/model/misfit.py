@@ -10,7 +10,7 @@ from servoid.camera import principal_point_note
 from servoid.capture import CaptureView
 from servoid.config import FAR_M
 from servoid.pose import exact
-from servoid.words import counted, digits
+from servoid.words import counted, measured
 
 _LEAST_OF_ONE = 0.3  # an intersection over union below which a view contradicts the body
 _LEAST_OF_ALL = 0.7  # their mean, below which the body is not the object
@@ -74,8 +74,9 @@ def far_note(body: Body, views: Sequence[View]) -> str | None:
     ]
     if min(away, default=0.0) < FAR_M:
         return None
+    size = measured(2.0 * body.radii.max())
     return (
-        f"the object is {digits(min(away))} m away and up to {digits(2.0 * body.radii.max())} m "
+        f"the object is {measured(min(away))} m away and up to {size} m "
         "large: are poses or depths in millimetres, or the cameras' distance from each other? They "
         "are in metres everywhere; a capture.toml gives the unit of its depth images as "
         "depth_scale_m"

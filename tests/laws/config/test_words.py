@@ -23,6 +23,7 @@ from servoid.words import (
     four_digits,
     hundredths,
     in_one_line,
+    measured,
     number_of,
     suggestion,
     whole_number_of,
@@ -153,3 +154,17 @@ def test_a_name_is_suggested_only_if_it_is_almost_the_one_that_was_given(
 ) -> None:
     known = ("bottle", "drill", "mug", "plain_mug")
     assert suggestion(given, known) == ("" if meant is None else f"; did you mean '{meant}'?")
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (115.1134, "115.1"),
+        (0.0012345, "0.001234"),
+        (123456.0, "123500"),
+        (0.0, "0"),
+        (1e30, "1e+30"),
+    ],
+)
+def test_what_was_measured_has_four_digits_at_most(number: float, text: str) -> None:
+    assert measured(number) == text

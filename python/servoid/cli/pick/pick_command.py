@@ -14,7 +14,7 @@ _WAIT_S = 600.0
 
 def _check_timeout(timeout_s: float) -> float:
     if not 0.0 < timeout_s < float("inf"):
-        raise typer.BadParameter(f"{timeout_s} is not a duration; give seconds above 0")
+        raise typer.BadParameter(f"{timeout_s:g} is not a duration; give seconds above 0")
     return timeout_s
 
 

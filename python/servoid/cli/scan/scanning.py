@@ -16,7 +16,7 @@ from servoid.cli.wrong_options import OptionError, of_options
 from servoid.opening import open_filmed, parse_source
 from servoid.scan import Request, Scan, parse_baseline, parse_board, parse_length, scan
 from servoid.segment import ClickTarget, MaskTarget, Target, parse_target
-from servoid.words import digits
+from servoid.words import measured
 
 _LABEL_WIDTH = 15
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
@@ -102,7 +102,7 @@ def _rows(made: Scan) -> Iterator[tuple[str, str]]:
     else:
         yield "scale", f"{scale.words}, standard deviation {100.0 * scale.deviation:.2g} %"
     unit = "" if scale is None else " m"
-    yield "distance", f"{digits(round(solution.distance, 4))}{unit} to the points, in the median"
+    yield "distance", f"{measured(solution.distance)}{unit} to the points, in the median"
     yield "seconds", ", ".join(f"{value:.1f} {stage}" for stage, value in made.times.items())
     yield "capture", str(made.path)
     yield "report", str(made.path / "report.html")

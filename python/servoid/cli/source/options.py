@@ -28,7 +28,7 @@ _CAMERAS = "Calibration, where SOURCE has none"
 
 def _check_duration(duration_s: float | None) -> float | None:
     if duration_s is not None and not 0.0 < duration_s < math.inf:
-        raise typer.BadParameter(f"{duration_s} is not a duration; give seconds above 0")
+        raise typer.BadParameter(f"{duration_s:g} is not a duration; give seconds above 0")
     return duration_s
 
 

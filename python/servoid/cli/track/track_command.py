@@ -34,7 +34,7 @@ _SEARCH = "How to track"
 
 def _check_budget(budget_ms: float | None) -> float | None:
     if budget_ms is not None and not 0.0 < budget_ms < float("inf"):
-        raise typer.BadParameter(f"{budget_ms} is not a duration; give milliseconds above 0")
+        raise typer.BadParameter(f"{budget_ms:g} is not a duration; give milliseconds above 0")
     return budget_ms
 
 

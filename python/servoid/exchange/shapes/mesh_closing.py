@@ -22,7 +22,7 @@ from servoid.exchange.shapes.mesh_repair import (
     wind,
 )
 from servoid.exchange.shapes.mesh_seams import join_seams, loose, without_twins
-from servoid.words import digits, were
+from servoid.words import measured, were
 
 _LEAST_VOLUME = 1e-9  # of the cube of the mesh's diagonal
 _LEAST_REBUILT = 1e-4  # likewise, of a rebuilt mesh: a sheet encloses less
@@ -171,7 +171,7 @@ def _rebuilt(vertices: Vertices, faces: Faces, fault: MeshError) -> Rebuilt:
 def _rebuilt_notes(new: Rebuilt, faces: Faces, fault: MeshError) -> list[str]:
     notes = [
         f"{fault}: so the surface was rebuilt by the winding number of its faces, with cells of "
-        f"{digits(new.cell)} m; thinner parts may be lost"
+        f"{measured(new.cell)} m; thinner parts may be lost"
     ]
     if new.guessed > 0.005:
         notes.append(

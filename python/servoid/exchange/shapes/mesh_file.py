@@ -11,7 +11,7 @@ from servoid.config import SHAPE_FILE, read_bytes, size_note
 from servoid.errors import MeshError, MissingExtraError, located
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_counts import check_counts
-from servoid.words import are, counted, digits
+from servoid.words import are, counted, measured
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
 _LONGEST = 1e6  # metres; squares and cubes of lengths stay far from overflow
@@ -108,6 +108,6 @@ def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> N
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     if size < _LEAST:
         raise MeshError(
-            f"the mesh is {digits(size)} m large; lengths are metres, at least {_LEAST:.0e}; scale "
-            "the mesh"
+            f"the mesh is {measured(size)} m large; lengths are metres, at least {_LEAST:.0e}; "
+            "scale the mesh"
         )

@@ -17,7 +17,7 @@ from servoid.exchange.shapes.mesh_repair import (
     signed_volume,
     size,
 )
-from servoid.words import counted, digits
+from servoid.words import counted, measured
 
 _TWIN_FACES = 12  # from which on a duplicate part is no accident
 _TWIN = 0.01  # of a part's diagonal, by which its copy may be shifted
@@ -54,7 +54,7 @@ def without_twins(vertices: Vertices, faces: Faces, notes: list[str]) -> Faces:
             dropped.add(other)
             notes.append(
                 f"a part of {counted(int(counts[other]), 'face')} was there twice, "
-                f"{digits(shift)} m apart, around {place(twin)}: one was dropped"
+                f"{measured(shift)} m apart, around {place(twin)}: one was dropped"
             )
     return faces[~np.isin(part, list(dropped))] if dropped else faces
 

@@ -12,7 +12,7 @@ from servoid.errors import OutputError
 from servoid.pose import Floats
 from servoid.scan import Scan
 from servoid.view.page_parts import fill, image, notes_list, paragraphs, verdict_list
-from servoid.words import digits
+from servoid.words import measured
 
 _THUMB_PX = 220
 _QUALITY = 85
@@ -70,7 +70,7 @@ def _words(scan: Scan) -> list[str]:
         sentences.append(
             f"The scale was found {scan.scale.words}, with a standard deviation of "
             f"{100 * scan.scale.deviation:.2g} %; the median distance from the camera to the "
-            f"points is {digits(round(solution.distance, 3))} m."
+            f"points is {measured(solution.distance)} m."
         )
     return sentences
 

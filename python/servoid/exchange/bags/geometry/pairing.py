@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servoid.exchange.bags.stored.header import NS_PER_S
-from servoid.words import counted, digits
+from servoid.words import counted, measured
 
 APART_S = 0.025
 """Maximum seconds between images of one observation; less at higher image rates."""
@@ -76,8 +76,8 @@ def pairing_notes(
         if off and float(np.median(off)) > _REPORTED_NS:
             usual, worst = (_MS_PER_NS * float(one) for one in (np.median(off), max(off)))
             notes.append(
-                f"images of {names[0]} and {name} were taken {digits(usual)} ms apart, at most "
-                f"{digits(worst)} ms; moving objects appear at two positions, so let one clock "
+                f"images of {names[0]} and {name} were taken {measured(usual)} ms apart, at most "
+                f"{measured(worst)} ms; moving objects appear at two positions, so let one clock "
                 "trigger both"
             )
     return notes

@@ -10,7 +10,7 @@ from servoid.exchange.bags.geometry.calibration import Calibration
 from servoid.exchange.bags.geometry.transforms import Transforms
 from servoid.exchange.bags.stored.choosing import ImageTopic
 from servoid.pose import Pose
-from servoid.words import counted, digits
+from servoid.words import counted, measured
 
 _LOOSE_M, _LOOSE_RAD = 2e-4, 1e-3  # apparent motion of cameras on a rig: TF has measurement errors
 _LEAST_BASELINE_M = 1e-6
@@ -109,8 +109,8 @@ def _on_rig(
         if far > _LOOSE_M or turned > _LOOSE_RAD:
             raise CaptureError(
                 f"{place}: the cameras of {first.image.topic} and {seat.image.topic} move "
-                f"relative to each other, by up to {digits(_MM_PER_M * far)} mm and "
-                f"{digits(np.degrees(turned))} degrees; servoid needs cameras that are fixed to "
+                f"relative to each other, by up to {measured(_MM_PER_M * far)} mm and "
+                f"{measured(np.degrees(turned))} degrees; servoid needs cameras that are fixed to "
                 "each other, so choose one of them with --topic"
             )
     pose = poses[0]

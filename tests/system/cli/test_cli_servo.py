@@ -1,12 +1,11 @@
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, NoReturn
+from typing import Any
 
 import cv2
 import numpy as np
@@ -19,13 +18,14 @@ pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 pytest.importorskip("matplotlib", reason="the plots of a run need matplotlib")
 
 from bag_writing import reads_with
+from interrupted_runs import interrupt_at
 from servo_trials import log_rows, small_settings
 
 from servoid.cli.servo import servoing
 from servoid.cli.servo.servo_order import Order
 from servoid.servo import Reason
 from servoid.shape import load_body
-from servoid.sim.trial import TrialSettings, TrialStep, read_trial_settings, trial_toml
+from servoid.sim.trial import TrialSettings, read_trial_settings, trial_toml
 from servoid.sim.world import IDEAL
 
 SHORT = {"run.seconds": 1.0, "run.settle_s": 0.5, "servo.look.count": 1}
@@ -296,19 +296,6 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_moves(
     assert everything_in(tmp_path) == before
 
 
-def interrupt_at(monkeypatch: pytest.MonkeyPatch, stage: str, share: float) -> None:
-    """Press Ctrl-C when a run has come so far."""
-    watch, pressed = servoing._Run.watch, []
-
-    def watching(run: servoing._Run, step: TrialStep) -> None:
-        watch(run, step)
-        if step.stage == stage and step.share >= share and not pressed:
-            pressed.append(step)
-            os.kill(os.getpid(), signal.SIGINT)
-
-    monkeypatch.setattr(servoing._Run, "watch", watching)
-
-
 @pytest.mark.extended
 def test_what_was_not_measured_is_not_known(servoid_command: Command, tmp_path: Path) -> None:
     settings = small_settings(SHORT | {"run.settle_s": 1.0, "run.seconds": 1.0})
@@ -352,58 +339,3 @@ def test_what_was_done_until_an_interrupt_is_written(
     for name in FILES:
         assert (out / name).stat().st_size > 100, name
     assert not [name for name in everything_in(out) if name.endswith((".part", ".part.mp4"))]
-
-
-def test_an_interrupt_before_the_first_look_leaves_nothing_not_even_a_folder(
-    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    interrupt_at(monkeypatch, "looking", 0.0)
-    config, out = tmp_path / "small.toml", tmp_path / "new" / "run"
-    config.write_text(trial_toml(small_settings(SHORT)))
-    outcome = servoid_command("servo", "--config", config, "--out", out)
-    assert (outcome.code, outcome.out) == (130, "")
-    assert outcome.err == "interrupted before servoing began; nothing was written\n"
-    assert list(tmp_path.iterdir()) == [config]
-
-
-def test_an_interrupt_before_servoing_names_the_looks_it_leaves_which_can_be_modelled(
-    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    interrupt_at(monkeypatch, "looking around", 0.0)
-    config, out = tmp_path / "small.toml", tmp_path / "run"
-    config.write_text(trial_toml(small_settings(SHORT | {"servo.look.count": 2})))
-    outcome = servoid_command("servo", "--config", config, "--out", out)
-    assert (outcome.code, outcome.out) == (130, "")
-    assert outcome.err == (
-        f"interrupted before servoing began; {out / 'look'} holds the images so far, of which "
-        "servoid model makes a body; nothing else was written\n"
-    )
-    assert [path.name for path in out.iterdir()] == ["look"]
-    assert servoid_command("model", out / "look", "--out", tmp_path / "body.json").code == 0
-
-
-def test_an_interrupt_while_results_are_written_does_not_say_that_nothing_was(
-    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def press(*_: object) -> NoReturn:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(servoing, "write_servo_times", press)
-    config, out = tmp_path / "small.toml", tmp_path / "run"
-    config.write_text(trial_toml(small_settings(SHORT | {"run.seconds": 0.2})))
-    outcome = servoid_command("servo", "--config", config, "--out", out, "--no-video")
-    assert outcome.code == 130
-    assert outcome.err.startswith(f"interrupted while the results were written; {out} holds a part")
-    assert (out / "log.csv").is_file()
-
-
-def test_an_interrupt_before_the_first_look_does_not_claim_the_looks_of_an_earlier_run(
-    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    config, out = tmp_path / "small.toml", tmp_path / "run"
-    config.write_text(trial_toml(small_settings(SHORT)))
-    (out / "look").mkdir(parents=True)
-    interrupt_at(monkeypatch, "looking", 0.0)
-    outcome = servoid_command("servo", "--config", config, "--out", out)
-    assert outcome.err == "interrupted before servoing began; nothing was written\n"
-    assert (out / "look").is_dir()

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servoid.cli.messages import in_lines
+from servoid.cli.messages import in_lines, print_message
 
 WORDS = st.lists(st.text("ab:;,-/'.", min_size=1, max_size=30), min_size=1).map(" ".join)
 
@@ -43,7 +43,20 @@ def test_a_narrow_terminal_gets_the_message_as_it_is() -> None:
     assert in_lines("error: a b c", 5) == "error: a b c"
 
 
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_a_message_is_wrapped_on_a_terminal_only(
+    is_terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: is_terminal, raising=False)
+    print_message("error: " + 20 * "one " + "path/of/a/file")
+    said = capsys.readouterr().err
+    assert (said.count("\n") > 1) == is_terminal
+    assert " ".join(said.split("\n")).split() == ["error:", *20 * ["one"], "path/of/a/file"]
+
+
 @pytest.mark.skipif(os.name != "posix", reason="a pseudo-terminal is POSIX's")
+@pytest.mark.extended  # each starts a process
 @pytest.mark.parametrize("is_terminal", [True, False])
 def test_an_error_is_wrapped_on_a_terminal_only(is_terminal: bool, tmp_path: Path) -> None:
     ours, theirs = os.openpty() if is_terminal else os.pipe()

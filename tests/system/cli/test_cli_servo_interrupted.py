@@ -1,0 +1,77 @@
+"""An interrupted servo run says what it leaves, and leaves nothing without a word."""
+
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+
+from conftest import Command
+
+pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
+pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
+pytest.importorskip("matplotlib", reason="the plots of a run need matplotlib")
+
+from interrupted_runs import interrupt_at
+from servo_trials import small_settings
+
+from servoid.cli.servo import servoing
+from servoid.sim.trial import trial_toml
+
+SHORT = {"run.seconds": 1.0, "run.settle_s": 0.5, "servo.look.count": 1}
+
+
+def test_an_interrupt_before_the_first_look_leaves_nothing_not_even_a_folder(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt_at(monkeypatch, "looking", 0.0)
+    config, out = tmp_path / "small.toml", tmp_path / "new" / "run"
+    config.write_text(trial_toml(small_settings(SHORT)))
+    outcome = servoid_command("servo", "--config", config, "--out", out)
+    assert (outcome.code, outcome.out) == (130, "")
+    assert outcome.err == "interrupted before servoing began; nothing was written\n"
+    assert list(tmp_path.iterdir()) == [config]
+
+
+@pytest.mark.extended
+def test_an_interrupt_before_servoing_names_the_looks_it_leaves_which_can_be_modelled(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt_at(monkeypatch, "looking around", 0.0)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT | {"servo.look.count": 2})))
+    outcome = servoid_command("servo", "--config", config, "--out", out)
+    assert (outcome.code, outcome.out) == (130, "")
+    assert outcome.err == (
+        f"interrupted before servoing began; {out / 'look'} holds the images so far, of which "
+        "servoid model makes a body; nothing else was written\n"
+    )
+    assert [path.name for path in out.iterdir()] == ["look"]
+    assert servoid_command("model", out / "look", "--out", tmp_path / "body.json").code == 0
+
+
+@pytest.mark.extended
+def test_an_interrupt_while_results_are_written_does_not_say_that_nothing_was(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def press(*_: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(servoing, "write_servo_times", press)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT | {"run.seconds": 0.2})))
+    outcome = servoid_command("servo", "--config", config, "--out", out, "--no-video")
+    assert outcome.code == 130
+    assert outcome.err.startswith(f"interrupted while the results were written; {out} holds a part")
+    assert (out / "log.csv").is_file()
+
+
+def test_an_interrupt_before_the_first_look_does_not_claim_the_looks_of_an_earlier_run(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT)))
+    (out / "look").mkdir(parents=True)
+    interrupt_at(monkeypatch, "looking", 0.0)
+    outcome = servoid_command("servo", "--config", config, "--out", out)
+    assert outcome.err == "interrupted before servoing began; nothing was written\n"
+    assert (out / "look").is_dir()

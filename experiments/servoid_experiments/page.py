@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from servoid.output import write_whole
-from servoid.view.page_parts import fill_text, image, notes_list, wide
+from servoid.view.page_parts import fill_text, image, notes_list, scrolling, wide
 from servoid_experiments.design import Picture, Section, Table, shown
 
 # The caption below describes the figure; the text for screen readers does not repeat it.
@@ -75,10 +75,11 @@ def _table(table: Table) -> str:
     marks = [' class="number"' if one else "" for one in numeric]
     heads = _cells("th", table.headings, [f' scope="col"{mark}' for mark in marks])
     body = "\n".join(f"<tr>{_cells('td', map(shown, row), marks)}</tr>" for row in table.rows)
-    return (
-        f'<div class="scroll"><table><caption>{html.escape(table.caption)}</caption>\n'
-        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>"
+    element = (
+        f"<table><caption>{html.escape(table.caption)}</caption>\n"
+        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}\n</tbody></table>"
     )
+    return scrolling(element, table.caption)
 
 
 def _cells(tag: str, texts: Iterable[str], marks: Sequence[str]) -> str:

@@ -83,8 +83,17 @@ def picture(data: bytes, caption: str, shown: str = "") -> str:
 
 def wide(element: str, name: str) -> str:
     """Return a picture that keeps a readable size on small screens, where it scrolls."""
+    return _region("wide", element, name)
+
+
+def scrolling(element: str, name: str) -> str:
+    """Return a table that scrolls if it is wider than the page; its edge is shaded then."""
+    return _region("scroll", element, name)
+
+
+def _region(kind: str, element: str, name: str) -> str:
     label = html.escape(name)
-    return f'<div class="wide" role="region" tabindex="0" aria-label="{label}">{element}</div>'
+    return f'<div class="{kind}" role="region" tabindex="0" aria-label="{label}">{element}</div>'
 
 
 def write_report_files(directory: Path, contents: Mapping[str, bytes]) -> list[Path]:

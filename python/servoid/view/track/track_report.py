@@ -16,6 +16,7 @@ from servoid.view.page_parts import (
     paragraphs,
     picture,
     read,
+    scrolling,
     verdict_list,
     write_report_files,
 )
@@ -185,7 +186,5 @@ def _table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) ->
     )
     more = len(rows) - _MOST_ROWS
     rest = f'<p class="quiet">And {more} more.</p>' if more > 0 else ""
-    return (
-        f"<div>\n<h3>{html.escape(title)}</h3>\n<table>\n<thead><tr>{head}</tr></thead>\n"
-        f"<tbody>\n{body}\n</tbody>\n</table>\n{rest}</div>"
-    )
+    table = f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+    return f"<div>\n<h3>{html.escape(title)}</h3>\n{scrolling(table, title)}\n{rest}</div>"

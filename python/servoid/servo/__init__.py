@@ -29,6 +29,7 @@ from servoid.servo.settings import (
 )
 from servoid.servo.settings_text import described, settings_toml
 from servoid.servo.surface import body_places
+from servoid.servo.verdict import ServoVerdict, verdict_of, why_errors_unknown
 
 __all__ = [
     "ORDINARY",
@@ -55,6 +56,7 @@ __all__ = [
     "ServoMetrics",
     "ServoRow",
     "ServoSettings",
+    "ServoVerdict",
     "Solid",
     "Spread",
     "TargetEstimate",
@@ -83,7 +85,9 @@ __all__ = [
     "settings_from",
     "settings_toml",
     "spun_like",
+    "verdict_of",
     "visit",
+    "why_errors_unknown",
 ]
 
 if not TYPE_CHECKING:

@@ -32,6 +32,7 @@ from servoid.servo import (
     Tick,
     holds,
     settings_toml,
+    verdict_of,
 )
 from servoid.shape import Body
 from servoid.source import Instant
@@ -306,7 +307,7 @@ def test_a_log_that_says_nothing_can_be_drawn(tmp_path: Path) -> None:
     page = write_servo_report(tmp_path, ServoLog(("a", "b")), {}, ServoPictures())
     text = page.read_text(encoding="utf-8")
     assert "Why the hand was held" not in text
-    assert "The errors of the hand are unknown" in text
+    assert "Servoing: unknown; the errors of the hand are unknown: servoing did not begin." in text
 
 
 def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Shown) -> None:
@@ -343,8 +344,21 @@ def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Sh
         assert all(reason.value in text for reason in hold.reasons)
 
 
+@pytest.mark.parametrize("ending", [None, "interrupted after 0.9 of 5 s of servoing"])
+def test_a_report_begins_with_its_verdict_and_what_is_not_good(
+    shown: Shown, tmp_path: Path, ending: str | None
+) -> None:
+    verdict = verdict_of(shown.log, 0.3, ending)
+    page = write_servo_report(tmp_path, shown.log, {}, ServoPictures(), settle_s=0.3, ending=ending)
+    first = re.search(r'<p class="verdict">(.*)</p>', page.read_text(encoding="utf-8"))
+    assert first is not None
+    assert first[1].startswith(f"Servoing: {verdict.word}")
+    assert all(reason in first[1] for reason in verdict.reasons)
+    assert (ending is None) == ("interrupted" not in first[1])
+
+
 @pytest.mark.parametrize("settle_s", [0.3, 0.6])
-def test_a_report_begins_with_the_repeatability_of_its_table(
+def test_a_report_has_the_repeatability_of_its_table_below_its_verdict(
     shown: Shown, tmp_path: Path, settle_s: float
 ) -> None:
     metrics = ServoMetrics.of(shown.log, settle_s)

@@ -88,6 +88,7 @@ def test_the_summary_says_how_well_the_hand_followed_in_eighty_columns(
     error = r"\d+\.\d\d mm RMS, \d+\.\d\d mm at 95 %, \d+\.\d\d degrees RMS"
     assert re.fullmatch(f"{error}, after 0.5 s", rows["repeatability"])
     assert re.fullmatch(f"{error}; mean.*", rows["accuracy"])
+    assert next(iter(rows)) == "verdict"
     assert rows["world"] == "ideal"
     assert rows["modelled"] == "1 ellipsoid, from 1 viewpoint"
     assert rows["tracked"].startswith("100.0 % of 3")
@@ -301,8 +302,9 @@ def test_what_was_not_measured_is_not_known(servoid_command: Command, tmp_path: 
     settings = small_settings(SHORT | {"run.settle_s": 1.0, "run.seconds": 1.0})
     (tmp_path / "small.toml").write_text(trial_toml(settings))
     outcome = servoid_command("servo", "--config", tmp_path / "small.toml", "--out", tmp_path / "a")
-    text = "not known: no observation after the settling time of 1 s"
-    assert all(rows_of(outcome)[kind] == text for kind in ("repeatability", "accuracy"))
+    rows = rows_of(outcome)
+    assert all(rows[kind] == "not known" for kind in ("repeatability", "accuracy"))
+    assert rows["verdict"].startswith("unknown: the errors of the hand are unknown: no ")
     assert "nan" not in outcome.out
 
 
@@ -327,15 +329,14 @@ def test_what_was_done_until_an_interrupt_is_written(
     config.write_text(trial_toml(small_settings(SHORT | {"run.settle_s": 3.0, "run.seconds": 5.0})))
     outcome = servoid_command("servo", "--config", config, "--out", out)
     assert outcome.code == 130
-    for kind in ("repeatability", "accuracy"):
-        text = "not known: the run ended within the settling time of 3 s"
-        assert rows_of(outcome)[kind].startswith(text)
+    assert all(rows_of(outcome)[kind] == "not known" for kind in ("repeatability", "accuracy"))
+    assert rows_of(outcome)["verdict"].startswith("unknown: interrupted after 0.")
     assert "nan" not in outcome.out
     rows = log_rows(out / "log.csv")
     assert 40 < len(rows) < 90
     ending = outcome.err.removesuffix("\n")
     assert re.fullmatch(r"interrupted after 0\.\d\d of 5 s of servoing", ending)
-    assert f"The run was not finished: {ending}." in (out / "report.html").read_text()
+    assert f"Servoing: unknown; {ending}; the errors" in (out / "report.html").read_text()
     for name in FILES:
         assert (out / name).stat().st_size > 100, name
     assert not [name for name in everything_in(out) if name.endswith((".part", ".part.mp4"))]

@@ -7,7 +7,15 @@ from pathlib import Path
 
 import typer
 
-from servoid.servo import Reason, ServoLog, ServoMetrics, limited_s, main_limit
+from servoid.servo import (
+    Reason,
+    ServoLog,
+    ServoMetrics,
+    limited_s,
+    main_limit,
+    verdict_of,
+    why_errors_unknown,
+)
 from servoid.sim.trial import ServoTrial
 
 _LABEL_WIDTH = 14
@@ -15,19 +23,23 @@ _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 
 
 def print_servo_summary(
-    trial: ServoTrial, metrics: ServoMetrics, files: Mapping[str, Path]
+    trial: ServoTrial, metrics: ServoMetrics, files: Mapping[str, Path], ending: str | None = None
 ) -> None:
-    """Print how well the arm followed, and where the files are."""
+    """Print how well the arm followed, and where the files are.
+
+    `ending` says why the run is not finished.
+    """
     world, body = trial.settings.world, trial.exploration.body
     looks = len(trial.exploration.looks)
     typer.echo(f"Servoed {world.arm.name} to {world.object.name}, {world.object.path}")
     place = "1 viewpoint" if looks == 1 else f"{looks} viewpoints"
     parts = "1 ellipsoid" if len(body) == 1 else f"{len(body)} ellipsoids"
     rows = {
+        "verdict": verdict_of(trial.log, metrics.settle_s, ending).words,
         "world": "ideal" if world.ideal else "with the errors of a laboratory, [world.lab]",
         "modelled": f"{parts}, from {place}",
         **_unreached(trial.log),
-        **_errors(metrics),
+        **_errors(trial.log, metrics),
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
         **_located(metrics),
         "held": _held(metrics),
@@ -43,13 +55,9 @@ def print_servo_summary(
         typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")
 
 
-def _errors(metrics: ServoMetrics) -> dict[str, str]:
-    if math.isnan(metrics.position_rms):
-        what = f"not known: the run ended within the settling time of {metrics.settle_s:g} s"
-        return {"repeatability": what, "accuracy": what}
-    if math.isnan(metrics.fixation_rms_px):  # then what is left is a period or two
-        what = f"not known: no observation after the settling time of {metrics.settle_s:g} s"
-        return {"repeatability": what, "accuracy": what}
+def _errors(log: ServoLog, metrics: ServoMetrics) -> dict[str, str]:
+    if why_errors_unknown(log, metrics.settle_s) is not None:  # which the verdict names
+        return dict.fromkeys(("repeatability", "accuracy"), "not known")
     true = metrics.accuracy
     return {
         "repeatability": _error(metrics.position_rms, metrics.position_95, metrics.turn_rms)

@@ -280,11 +280,8 @@ def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -
         source=f"{settings.world.object.name}, {settings.world.object.path}",
         settings=text,
         settle_s=settings.run.settle_s,
-        notes=(
-            *(() if ending is None else (f"The run was not finished: {ending}.",)),
-            *trial.world.notes,
-            *trial.exploration.all_notes,
-        ),
+        notes=(*trial.world.notes, *trial.exploration.all_notes),
+        ending=ending,
     )
     if order.mcap:
         files["recording"] = folder / _RECORDING
@@ -292,4 +289,4 @@ def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -
         files["video"] = folder / _FILM
     files["looks"] = trial.exploration.capture
     files["report"] = page
-    print_servo_summary(trial, metrics, files)
+    print_servo_summary(trial, metrics, files, ending)

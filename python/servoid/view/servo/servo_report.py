@@ -12,8 +12,25 @@ from numpy.typing import NDArray
 
 from servoid.errors import OutputError
 from servoid.output import write_whole
-from servoid.servo import Hold, ServoLog, ServoMetrics, holds, limited_s, main_limit
-from servoid.view.page_parts import fill, image, notes_list, origin, picture, verdict_list
+from servoid.servo import (
+    Hold,
+    ServoLog,
+    ServoMetrics,
+    holds,
+    limited_s,
+    main_limit,
+    verdict_of,
+    why_errors_unknown,
+)
+from servoid.view.page_parts import (
+    fill,
+    image,
+    notes_list,
+    origin,
+    picture,
+    scrolling,
+    verdict_list,
+)
 
 _NAME = "report.html"
 _QUALITY = 90  # of the JPEG picture of the overview
@@ -62,12 +79,14 @@ def write_servo_report(
     settings: str = "",
     settle_s: float = 0.0,
     notes: Sequence[str] = (),
+    ending: str | None = None,
 ) -> Path:
     """Write `report.html` into a folder that exists, and return its path.
 
     `summary` contains the key figures by name, and `settings` is the TOML text of the settings. The
-    page begins with `source`, what was servoed to, the errors after `settle_s` seconds of
-    servoing, and the sentences `notes`.
+    page begins with `source`, what was servoed to, whether the run is good, the errors after
+    `settle_s` seconds of servoing, and the sentences `notes`; `ending` says why the run is not
+    finished.
 
     Raises:
         OutputError: the page cannot be written, or a picture cannot be read.
@@ -77,7 +96,7 @@ def write_servo_report(
     parts = {
         "title": html.escape(title),
         "origin": origin(source),
-        "verdict": verdict_list(_verdict(log, settle_s)),
+        "verdict": verdict_list(_verdict(log, settle_s, ending)),
         "notes": notes_list(notes),
         "overview": "" if pictures.overview is None else _overview(pictures.overview),
         "figures": "\n".join(_figure(*one) for one in {**summary, **_limited(log)}.items()),
@@ -90,24 +109,21 @@ def write_servo_report(
     return path
 
 
-def _verdict(log: ServoLog, settle_s: float) -> list[str]:
-    """Return sentences: the errors of the hand, and what limited it most."""
+def _verdict(log: ServoLog, settle_s: float, ending: str | None) -> list[str]:
+    """Return sentences: whether the run is good, the errors of the hand, and its main limit."""
+    verdict = verdict_of(log, settle_s, ending)
+    rating = f"Servoing: {'; '.join((verdict.word, *verdict.reasons))}."
+    if why_errors_unknown(log, settle_s) is not None:
+        return [rating]
     metrics = ServoMetrics.of(log, settle_s)
-    if np.isnan(metrics.position_rms):
-        lasted = float(log.times[-1]) if len(log) else 0.0
-        why = (
-            f"servoing ended after {lasted:.1f} s, and errors count after {settle_s:g} s"
-            if lasted < settle_s
-            else f"it had no goal after {settle_s:g} s of servoing"
-        )
-        return [f"The errors of the hand are unknown: {why}."]
     true = metrics.accuracy
     lasted = float(log.times[-1] - log.times[0])
     held = f"held for {metrics.held_s:.1f} of {lasted:.1f} s" if metrics.holds else "never held"
     sentences = [
+        rating,
         f"Repeatability {_errors(metrics.position_rms, metrics.position_95)}; "
         f"accuracy {_errors(true.position_rms, true.position_95)}; "
-        f"both after {settle_s:g} s of servoing. The hand was {held}."
+        f"both after {settle_s:g} s of servoing. The hand was {held}.",
     ]
     limit = main_limit(log)
     if limit is not None:
@@ -165,15 +181,16 @@ def _held(log: ServoLog, shaded: str) -> str:
     rows = "\n".join(map(_hold_row, found[:_MOST_HOLDS]))
     more = len(found) - _MOST_HOLDS
     rest = f"<p>And {more} more.</p>" if more > 0 else ""
+    table = (
+        '<table>\n<thead><tr><th scope="col" class="number">from</th>'
+        '<th scope="col" class="number">to</th><th scope="col" class="number">for</th>'
+        f'<th scope="col">why</th></tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>'
+    )
     return (
         "<h2>Why the hand was held</h2>\n"
         f'<p class="quiet">It was held {times}, for {total:.2f} s in total{shaded}. '
         "Times are in seconds since servoing began.</p>\n"
-        '<div class="scroll" tabindex="0" role="region" aria-label="Why the hand was held">\n'
-        "<table>\n"
-        '<thead><tr><th scope="col" class="number">from</th><th scope="col" class="number">to</th>'
-        '<th scope="col" class="number">for</th><th scope="col">why</th></tr></thead>\n'
-        f"<tbody>\n{rows}\n</tbody>\n</table>\n</div>\n{rest}"
+        f"{scrolling(table, 'Why the hand was held')}\n{rest}"
     )
 
 

@@ -30,12 +30,16 @@ _MOST_FAILURES = 3  # listed in full
 
 @dataclass(frozen=True)
 class StudyReport:
-    """The results of a study: its sections, its page, its trials, and the reasons of failures."""
+    """The results of a study: its sections, its page, its trials, and the reasons of failures.
+
+    `small` says that the study is a quick one; None otherwise.
+    """
 
     sections: tuple[Section, ...]
     page: Path
     trials: int
     failures: tuple[str, ...]
+    small: str | None = None
 
 
 def study_named(name: str) -> Study[Any]:
@@ -87,11 +91,33 @@ def run_study(
     results = run_batch(study.plan(settings), place, workers, watch)
     sections = tuple(study.report(settings, results))
     write_together(_files(sections, place))
-    failures = _failures(results)
+    failures, small = _failures(results), quick_note(study, settings)
     page = write_study_page(
-        place, study.title, sections, question=study.question, settings=text, notes=_notes(failures)
+        place,
+        study.title,
+        sections,
+        question=study.question,
+        settings=text,
+        notes=[*([] if small is None else [f"{small}."]), *_notes(failures)],
     )
-    return StudyReport(sections, page, sum(map(len, results.values())), failures)
+    return StudyReport(sections, page, sum(map(len, results.values())), failures, small)
+
+
+def quick_note(study: Study[Any], settings: msgspec.Struct) -> str | None:
+    """Report that settings are those of a quick study, and how small it is; None if they are not.
+
+    A study whose quick settings are all of it has none.
+    """
+    whole = study.settings()
+    if settings != study.quick or settings == whole:
+        return None
+    few, all_of_them = (
+        sum(len(work.cases) for work in study.plan(one)) for one in (settings, whole)
+    )
+    return (
+        f"This is a quick study, of {few} trials where the whole one has {all_of_them}: its "
+        "figures are rough"
+    )
 
 
 def _files(sections: Sequence[Section], folder: Path) -> dict[Path, bytes]:

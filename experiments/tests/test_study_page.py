@@ -2,8 +2,10 @@ import csv
 import io
 import math
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import msgspec
@@ -13,7 +15,7 @@ import pytest
 from servoid.errors import OutputError
 from servoid_experiments.design import Picture, Section, Study, Table, Verdict
 from servoid_experiments.page import write_study_page
-from servoid_experiments.running import run_study
+from servoid_experiments.running import quick_note, run_study
 
 
 class Reader(HTMLParser):
@@ -58,6 +60,12 @@ def a_section() -> Section:
     )
 
 
+class Few(msgspec.Struct, frozen=True):
+    """The settings of a study whose trials are counted only."""
+
+    trials: int = 700
+
+
 class Nothing(msgspec.Struct, frozen=True):
     """The settings of a study without trials."""
 
@@ -95,6 +103,25 @@ def test_a_page_needs_nothing_beside_it_and_says_all(tmp_path: Path) -> None:
     ):  # fmt: skip
         assert words in text
     assert "not shown" not in text
+
+
+def test_a_quick_study_says_so_before_all_else_and_a_whole_one_does_not(tmp_path: Path) -> None:
+    study = replace(
+        A_STUDY,
+        settings=Few,
+        quick=Few(trials=32),
+        plan=lambda settings: [SimpleNamespace(cases=range(settings.trials))],
+    )
+    note = quick_note(study, study.quick)
+    assert note is not None and "quick study, of 32 trials where the whole one has 700" in note
+    assert quick_note(study, Few()) is None
+    assert quick_note(study, Few(trials=33)) is None
+    empty = replace(study, plan=lambda _: [])
+    for settings, is_quick in ((study.quick, True), (Few(), False)):
+        report = run_study(empty, settings, tmp_path)
+        text = report.page.read_text(encoding="utf-8")
+        assert (report.small is not None) == is_quick == ("This is a quick study" in text)
+        assert not is_quick or text.index("This is a quick study") < text.index("<nav>")
 
 
 def test_pictures_tables_and_verdicts_are_written_beside_the_page(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from servoid._native import ModelSettings, PaperSettings, Step
 from servoid.model.finding import find_in_view
 from servoid.model.fit import Request, fit, fit_mesh, fit_range_samples
 from servoid.model.look import NO_METRES, fit_capture, fit_capture_by_paper, mark_everywhere
-from servoid.model.marking import mark, views_meant
+from servoid.model.marking import is_of_target, mark, views_meant
 from servoid.model.misfit import center_notes
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import RangeSamples, range_samples_of_cloud

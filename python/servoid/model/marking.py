@@ -9,6 +9,8 @@ from servoid.model.finding import find_in_view
 from servoid.segment import HueTarget, Target, undoubted
 from servoid.words import counted
 
+_OF_TARGET = "the target '"
+
 
 @dataclass(frozen=True)
 class Marked:
@@ -77,6 +79,11 @@ def mark(
     )
 
 
+def is_of_target(note: str) -> bool:
+    """Return whether a note is on what a target found, which may be another object then."""
+    return note.startswith(_OF_TARGET)
+
+
 def _found(
     target: Target,
     view: CaptureView,
@@ -91,8 +98,8 @@ def _found(
     if not trusted:
         undoubted(found, target, image)
     elif found.doubt is not None:
-        notes.append(f"the target '{target}' was trusted, although {found.doubt}")
-    notes.extend(f"the target '{target}': {note}" for note in found.notes)
+        notes.append(f"{_OF_TARGET}{target}' was trusted, although {found.doubt}")
+    notes.extend(f"{_OF_TARGET}{target}': {note}" for note in found.notes)
     return view.with_recorded_mask(found.mask)
 
 

@@ -42,6 +42,11 @@ _MISPLACED = (
     "(intersection over union, at the object's pose by about {own:.2g}): poses are wrong by as "
     "much as they differ; check start, body and mask"
 )
+_LOOSE = (
+    "the outline of the body that was modelled overlaps its mask by {overlap:.2f} only "
+    "(intersection over union, usually by about {own:.2g}): the mask may hold more than the "
+    "object, or a part of it; look at the mask"
+)
 
 
 def is_misfit(overlap: float | None, fitness: float | None) -> bool:
@@ -54,7 +59,7 @@ def is_misfit(overlap: float | None, fitness: float | None) -> bool:
 
 
 def body_doubts(subject: Subject, overlap: float | None, *, is_unlike: bool) -> list[str]:
-    """Report a given body that is probably not the object's, or not where the object is.
+    """Report a body that is probably not the object's, or not where the object is.
 
     `overlap` is the intersection over union of its outline and the masks, None without masks;
     `is_unlike` says that its appearance is not that of the object.
@@ -64,8 +69,11 @@ def body_doubts(subject: Subject, overlap: float | None, *, is_unlike: bool) -> 
             the body is known to fit better.
 
     """
+    if subject.body is None:
+        is_loose = is_misfit(overlap, None)
+        return [_LOOSE.format(overlap=overlap, own=_USUAL)] if is_loose else []
     is_placed = subject.start is not None
-    misfits = subject.body is not None and is_misfit(overlap, subject.fitness)
+    misfits = is_misfit(overlap, subject.fitness)
     if is_unlike and misfits and not is_placed and subject.fitness is not None:
         raise TrackError(_STRANGER.format(overlap=overlap, fitness=subject.fitness))
     doubts = [_UNLIKE if is_placed else _OTHER] if is_unlike else []

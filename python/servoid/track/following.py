@@ -165,6 +165,7 @@ class Collector:
                     colors=one.colors if same else None,
                     appearance=one.appearance(),
                     notes=one.notes,
+                    doubts=one.doubts,
                     starting_s=one.starting_s,
                     overlap=one.overlap,
                 )

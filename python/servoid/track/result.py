@@ -12,6 +12,11 @@ from servoid.words import by_kind
 
 # The minimum share of tracked observations for each word.
 _VERDICTS = (("good", 0.95), ("rough", 0.7), ("poor", 0.0))
+_NOWHERE = (
+    "no image after the first confirms a pose: the views may differ too much from one to the next, "
+    "or the first pose is wrong; then give another --start, or mark the object in the first "
+    "observation with --target or a mask"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +61,8 @@ class TrackResult:
     evolved body at the end, at the newest pose; `appearance` is its appearance, for
     `Tracker.recall`; `notes` are sentences for the user; `starting_s` is the time from the first
     image to the first estimate, modelling included; `overlap` is the intersection over union of the
-    body's outline and the masks of the first observation, their mean, None without masks.
+    body's outline and the masks of the first observation, their mean, None without masks. `doubts`
+    are those of the notes that doubt the mask, the body or the pose of the start.
     """
 
     name: str
@@ -68,6 +74,7 @@ class TrackResult:
     starting_s: float = 0.0
     smoothed: Sequence[Pose] = ()
     overlap: float | None = None
+    doubts: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.tracked)
@@ -90,7 +97,13 @@ class TrackResult:
     @property
     def verdict(self) -> str:
         """Return whether the tracking is good, rough or poor, as its report begins."""
-        return next(word for word, least in _VERDICTS if self.tracked_share >= least)
+        allowed = _VERDICTS[1:] if self.doubts else _VERDICTS  # good poses may be another's
+        return next(word for word, least in allowed if self.tracked_share >= least)
+
+    @property
+    def nowhere(self) -> str | None:
+        """Return what to do if no image after the first confirms a pose; None if one does."""
+        return _NOWHERE if self.tracked_count <= 1 < len(self) else None
 
     @property
     def gaps(self) -> list[Gap]:

@@ -11,7 +11,7 @@ from servoid import model
 from servoid._native import Body, Estimate, Pose, View, poses_from_masks
 from servoid.capture import Capture, CaptureView
 from servoid.errors import ModelError, TargetError, TrackError
-from servoid.model import center_notes, mark, views_meant
+from servoid.model import center_notes, is_of_target, mark, views_meant
 from servoid.segment import Target
 from servoid.shape import body_size_note, placed
 from servoid.source import Instant, cameras_of
@@ -36,7 +36,8 @@ class Followed:
 
     `starting_s` is the time up to the first estimate, including all that came before it, such as
     modelling. `overlap` is the intersection over union of the body's outline and the masks of the
-    first observation, their mean; None without masks.
+    first observation, their mean; None without masks. `doubts` are those of the notes that doubt
+    the mask, the body or the pose.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Followed:
     first: Tracked
     starting_s: float
     overlap: float | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def body(self) -> Body:
@@ -89,6 +91,11 @@ class _Known:
     colors: NDArray[np.uint8] | None
     notes: tuple[str, ...] = ()
     others: tuple[Pose, ...] = ()  # at which the body fits its masks about as well
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Return those of the notes that doubt the masks or the pose."""
+        return tuple(note for note in self.notes if note == _ELSEWHERE or is_of_target(note))
 
 
 def begin(capture: Capture, instant: Instant, subject: Subject, request: Request) -> Followed:
@@ -136,6 +143,7 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
         ),
         starting_s=done - begun,
         overlap=overlap,
+        doubts=(*known.doubts, *doubts),
     )
 
 

@@ -10,6 +10,7 @@ from servoid.pose import Pose
 from servoid.shape import Body, load_body, save_body
 from servoid.sim import write_sample
 from servoid.track import Request, Subject, track_capture
+from servoid.track.doubts import body_doubts
 
 
 def words_of(folder: Path, alone: Alone, *options: object) -> str:
@@ -43,6 +44,14 @@ def test_the_summary_says_how_well_a_body_fits_its_mask(alone: Alone, tmp_path: 
 def test_a_body_of_another_shape_than_its_mask_is_doubted(alone: Alone, tmp_path: Path) -> None:
     body = without_its_look(tmp_path, alone, stretch=3.0)
     assert "overlaps the mask by 0." in words_of(tmp_path, alone, "--body", body)
+
+
+@pytest.mark.parametrize(("overlap", "is_doubted"), [(None, False), (0.86, False), (0.84, True)])
+def test_a_body_that_was_modelled_and_leaves_its_mask_is_doubted(
+    overlap: float | None, is_doubted: bool
+) -> None:
+    doubts = body_doubts(Subject(), overlap, is_unlike=False)
+    assert [f"overlaps its mask by {overlap} only" in one for one in doubts] == [True] * is_doubted
 
 
 def test_a_body_beside_its_mask_is_doubted(alone: Alone, tmp_path: Path) -> None:

@@ -42,8 +42,12 @@ class Reports:
         for folder in self.folders:
             make_folder(folder)
 
-    def write(self, results: Sequence[TrackResult], ending: str | None) -> list[Path]:
-        """Write a report of each object, and return the pages; `ending` says why it ended early.
+    def write(
+        self, results: Sequence[TrackResult], ending: str | None, notes: Sequence[str] = ()
+    ) -> list[Path]:
+        """Write a report of each object, and return the pages.
+
+        `ending` says why it ended early; `notes` are on the images, for all objects.
 
         Raises:
             OutputError: one cannot be written.
@@ -51,7 +55,7 @@ class Reports:
         """
         histories: list[History] = self.historian.histories()
         return [
-            self.writer(result, history, folder, source=self.source, ending=ending)[0]
+            self.writer(result, history, folder, source=self.source, ending=ending, notes=notes)[0]
             for result, history, folder in zip(results, histories, self.folders, strict=True)
         ]
 

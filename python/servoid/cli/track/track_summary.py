@@ -17,11 +17,6 @@ _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 _MOST_GAPS = 4
 _MOST_NOTICES = 3
 _MS_PER_S = 1e3
-_NOWHERE = (
-    "no image after the first confirms a pose: the views may differ too much from one to the next, "
-    "or the first pose is wrong; then give another --start, or mark the object in the first "
-    "observation with --target or a mask"
-)
 _TIMELESS = (
     f"the capture has no times: {ASSUMED_HZ:g} observations per second are assumed; if the rate "
     "is another, write it into its capture.toml as rate_hz"
@@ -50,16 +45,23 @@ def print_track_summary(
         _print(_rows(result))
     if isinstance(footage, LiveFootage):
         _print(_live_rows(footage, count))
-    elif capture.times_s is None and capture.rate_hz is None:
-        _print(_wrapped("note", _TIMELESS))
-    if not capture.metric:
-        _print(_wrapped("note", NO_METRES))
-    for note in (*capture.notes, *lacking):
+    for note in (*notes_on(footage), *lacking):
         _print(_wrapped("note", note))
     for note in footage.notes:
         _print(_wrapped("assumed", note))
     for kind, path in files:
         typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")
+
+
+def notes_on(footage: Footage) -> list[str]:
+    """Return the notes on the images: their times, their scale, and how they were read."""
+    capture = footage.capture
+    is_timeless = capture.times_s is None and capture.rate_hz is None
+    return [
+        *([_TIMELESS] if is_timeless and not isinstance(footage, LiveFootage) else []),
+        *([] if capture.metric else [NO_METRES]),
+        *capture.notes,
+    ]
 
 
 def _live_rows(footage: LiveFootage, count: int) -> Iterator[Row]:
@@ -83,8 +85,8 @@ def _rows(result: TrackResult) -> Iterator[Row]:
     share = 100.0 * result.tracked_share
     yield "tracked", f"{share:.1f} % ({result.tracked_count} of {len(result)})"
     yield from _wrapped("not tracked", _gaps(result.gaps))
-    if result.tracked_count <= 1 < len(result):
-        yield from _wrapped("note", _NOWHERE)
+    if result.nowhere is not None:
+        yield from _wrapped("note", result.nowhere)
     fits = "" if result.overlap is None else f", silhouette IoU {result.overlap:.2f}"
     parts = counted(len(result.body), "ellipsoid")
     first = "" if result.evolutions else f", {parts}"

@@ -19,7 +19,7 @@ from servoid.cli.source.recorders import check_recorder
 from servoid.cli.track.subjects import body_path, read_subjects
 from servoid.cli.track.track_command import TrackOrder
 from servoid.cli.track.track_reporting import Reports, check_reports
-from servoid.cli.track.track_summary import print_track_summary
+from servoid.cli.track.track_summary import notes_on, print_track_summary
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange.bags.writing import check_mcap, check_mcap_suffix
@@ -85,7 +85,14 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
             raise
         stopped = error
     results = collector.results()
-    files = _write(order, results, reports, _ending(stopped, len(collector)))
+    files = _write(order, results, reports)
+    is_assumed = order.known.baseline_m is not None
+    doubt = doubt_calibration(footage.capture, is_assumed=is_assumed)
+    lacking += [] if doubt is None else [doubt]
+    if reports is not None:
+        notes = [*notes_on(footage), *lacking, *footage.notes]
+        pages = reports.write(results, _ending(stopped, len(collector)), notes)
+        files.extend(("report", page) for page in pages)
     if not isinstance(stopped, OutputError):
         beside = (("video", order.video), ("recording", order.mcap))
         files.extend((kind, path) for kind, path in beside if path is not None)
@@ -95,9 +102,6 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
             files.append(("recording", order.record))
         except OutputError as error:  # the poses are kept without the recording
             stopped = error
-    is_assumed = order.known.baseline_m is not None
-    doubt = doubt_calibration(footage.capture, is_assumed=is_assumed)
-    lacking += [] if doubt is None else [doubt]
     print_track_summary(order.source, footage, results, files, lacking)
     if isinstance(stopped, KeyboardInterrupt):
         print_message(_ending(stopped, len(collector)))
@@ -289,9 +293,9 @@ def _note(step: TrackStep) -> str:
 
 
 def _write(
-    order: TrackOrder, results: list[TrackResult], reports: Reports | None, ending: str
+    order: TrackOrder, results: list[TrackResult], reports: Reports | None
 ) -> list[tuple[str, Path]]:
-    """Write poses, bodies and reports; return the kind and path of each file."""
+    """Write poses and bodies, and make the reports' folders; return each file's kind and path."""
     if not results:
         raise TrackError(f"{order.source}: nothing was tracked")
     if reports is not None:
@@ -309,6 +313,4 @@ def _write(
             path = place_of(order.save_body, result.name, len(results))
             save_body(path, result.body, result.colors, appearance=result.appearance)
             files.append(("body", path))
-    if reports is not None:
-        files.extend(("report", page) for page in reports.write(results, ending))
     return files

@@ -89,18 +89,37 @@ class TrackFigures:
 
     def verdict(self) -> Iterator[str]:
         """Yield sentences: whether the tracking is good and why not, and what the body shows."""
-        yield f"Tracking: {self.result.verdict}; it was {self._tracked_words()}"
+        result = self.result
+        yield f"Tracking: {result.verdict}; it was {self._tracked_words()}"
+        for doubt in result.doubts:
+            yield f"In doubt since the start: {doubt}."
+        if result.nowhere is not None:
+            yield f"{result.nowhere[0].upper()}{result.nowhere[1:]}."
         doubts = notice_times([one for one in self.result.tracked if not one.is_tracked])
         if doubts:
             words, times = next(iter(doubts.items()))
             yield f"The most frequent notice while it was not, {_often(times)}: {words}."
         yield self._seen_words()
+        unchecked = [] if result.overlap is None else ["the first mask was the object's"]
+        if result.evolutions:
+            changed = f"which changed {_times(result.evolutions)}"
+            unchecked.append(f"the body, {changed} while it was tracked, is right")
+        if unchecked:
+            yield (
+                f"No figure shows whether {' and whether '.join(unchecked)}: compare the pictures "
+                "with the object."
+            )
 
     def words(self) -> Iterator[str]:
         """Yield the sentences of the page about rotation, corrections, body and speed."""
         yield self._turned_words()
         yield self._corrected_words()
         yield self._body_words()
+        if self.result.overlap is not None:
+            yield (
+                "At the start the body's silhouette and the masks of the first observation had an "
+                f"intersection over union of {self.result.overlap:.2f}."
+            )
         if len(self.result) > 1:
             median, p95 = (
                 f"{_MS_PER_S * self.result.step_percentile(percent):.1f} ms"
@@ -184,12 +203,11 @@ class TrackFigures:
         solids = solids_of(result.body, self.history.surface, self.sides.sides_from_object)
         spans = [high - low for low, high in (solids.extent(axis) for axis in np.eye(3))]
         size = " × ".join(f"{_MS_PER_S * span:.0f}" for span in spans)
-        times = "once" if result.evolutions == 1 else f"{result.evolutions} times"
-        grown = f"The body evolved {times}" if result.evolutions else "The body did not change"
-        counts = f"from {first} to " if result.evolutions and first != len(result.body) else ""
-        joint = ", " if counts else " with "
+        before = (
+            f"{first} at the start, " if result.evolutions and first != len(result.body) else ""
+        )
         return (
-            f"{grown}{joint}{counts}{counted(len(result.body), 'ellipsoid')}; seen from the "
+            f"The body has {counted(len(result.body), 'ellipsoid')}, {before}and seen from the "
             f"front it is {size} mm wide, high and deep."
         )
 
@@ -200,4 +218,8 @@ def _degrees(angle: float) -> str:
 
 
 def _often(cases: list[float]) -> str:
-    return "once" if len(cases) == 1 else f"{len(cases)} times"
+    return _times(len(cases))
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

@@ -89,7 +89,7 @@ def write_track_report(
     }
     unfinished = [f"The tracking was not finished: {ending}."] if ending else []
     verdict = [*unfinished, *figures.verdict()]
-    notes = [*notes, *(f"At the start: {note}" for note in result.notes)]
+    notes = [*notes, *(f"At the start: {one}" for one in result.notes if one not in result.doubts)]
     summary = json.dumps(figures.summary(), indent=1, allow_nan=False, ensure_ascii=False)
     files = {
         "report.html": _page(figures, pictures, verdict, notes, source),

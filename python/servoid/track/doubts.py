@@ -87,9 +87,9 @@ def turn_note(pose: Pose, others: Sequence[Pose]) -> str:
     """Report that the orientation at the start may be another one."""
     turns = [exact.norm((pose.inverse() @ other).log()[3:]) for other in others]
     return (
-        "the body fits its mask in other orientations about as well, turned by up to "
+        "the body fits its mask in other orientations about as well, rotated by up to "
         f"{np.degrees(max(turns)):.0f} degrees from the one that is used, so that all poses may be "
-        "turned by as much; give its pose as a start, or a body that was saved with its appearance"
+        "rotated by as much; give its pose as a start, or a body that was saved with its appearance"
     )
 
 

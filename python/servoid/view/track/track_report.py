@@ -46,12 +46,16 @@ _CAPTIONS = {
         "The drift of the rotation since the first image; it falls where a known side is seen "
         "again. Marks are corrections, plotted at the drift before them.",
     ),
-    "timeline.png": ("The result of each observation", ""),
+    "timeline.png": (
+        "The result of each observation",
+        "A lane for each status; searching, located means that the position is confirmed and the "
+        "rotation is not. Triangles mark the steps after which the body was another.",
+    ),
 }
 _SHOWN = {
     "growth.png": "Images of a camera beside the body after each change, with its outline",
     "sides.png": "A map of all directions around the object with the cameras as dots",
-    "turning.png": "Lines of drift against the total angle by which the object has turned",
+    "turning.png": "Lines of drift against the total rotation of the object",
     "timeline.png": "Over time: status, confidence, notices, and milliseconds per step",
 }
 
@@ -71,7 +75,7 @@ def write_track_report(
 
     They are `report.html` (everything on one page, with an interactive view of the body),
     `growth.png` (the body after each change), `sides.png` (the sides that were seen),
-    `turning.png` (drift against the angle turned), `timeline.png` (status, confidence, notices and
+    `turning.png` (drift against the total rotation), `timeline.png` (status, confidence, notices,
     times) and `summary.json`. The page begins with `source`, what was tracked, `ending`, why the
     track is not finished, and the sentences `notes`. The folder is created if it is missing; other
     files in it stay unchanged.

@@ -1,4 +1,4 @@
-"""Plots the drift of the rotation against the angle that the object turned."""
+"""Plots the drift of the rotation against the total rotation."""
 
 from typing import TYPE_CHECKING
 
@@ -32,11 +32,11 @@ def draw_turning(turning: Turning, tracked: NDArray[np.bool_]) -> bytes:
     upper.plot(along, np.degrees(turning.away), color=DISTINCT[0], linewidth=1.6)
     upper.set_ylim(0.0, 185.0)
     upper.set_yticks([0, 90, 180])
-    upper.set_title("angle from the first orientation [deg]", loc="left", color=INK, fontsize=10.5)
+    upper.set_title("rotation from the first view [deg]", loc="left", color=INK, fontsize=10.5)
     _deviations(lower, along, turning)
     _corrections(lower, along, turning)
     lower.set_xlim(0.0, max(_LEAST_SPAN_DEG, float(along.max(initial=0.0))))
-    lower.set_xlabel("total angle turned [deg]", color=INK, fontsize=10)
+    lower.set_xlabel("total rotation [deg]", color=INK, fontsize=10)
     for axes in (upper, lower):
         dress(axes)
     _legend(lower)

@@ -208,7 +208,7 @@ def _share(which: list[bool]) -> float:
 def _in_words(value: float, unit: str) -> str:
     if np.isnan(value):
         return "not known"
-    digits = 0 if abs(value) >= 100.0 else 1 if abs(value) >= 10.0 else 2
+    digits = 0 if abs(value) >= 100.0 else 1 if abs(value) >= 10.0 or unit == "%" else 2
     return f"{value:.{digits}f} {unit}"
 
 

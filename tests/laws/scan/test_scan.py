@@ -1,6 +1,7 @@
 """Scans of drawn rooms: poses, focal length and scale come back, and what cannot be is refused."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from servoid.output import check_replaceable
 from servoid.pose import Pose
 from servoid.scan import Request, Scan, parse_baseline, parse_board, parse_length, scan
 from servoid.scan.writing import FOLDER
+from servoid.view.scan import scan_page
 
 WALK = around(10, 60.0)
 TRUE_PLACES = np.array([pose[:3, 3] for pose in WALK])
@@ -96,6 +98,21 @@ def test_the_figures_of_a_scan_are_those_of_its_solution(scanned: Scan) -> None:
 
 
 @pytest.mark.extended
+def test_a_bar_of_a_plan_is_as_long_as_it_says(scanned: Scan) -> None:
+    page = scan_page(scanned, scanned.path / "images").decode()
+    ends = r'class="scale"><line x1="([\d.]+)".*?x2="([\d.]+)".*?>([\d.]+) m<'
+    above, side = (
+        np.array(re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', plan), dtype=np.float64)
+        * (float(length) / (float(right) - float(left)))
+        for plan in page.split("<svg")[1:]
+        for left, right, length in re.findall(ends, plan)
+    )
+    moved_right = above[-1, 0] - above[0, 0]
+    moved = np.array([moved_right, *(side[-1] - side[0])])  # and ahead and down
+    places = scanned.solution.places
+    assert np.linalg.norm(moved) == pytest.approx(np.linalg.norm(places[-1] - places[0]), rel=0.02)
+
+
 def test_the_same_photographs_give_the_same_bits_on_any_number_of_threads(tmp_path: Path) -> None:
     folder = write_photos(tmp_path / "photos", draw(Room(), WALK[:6]))
     lengths = tuple(parse_length(marked(index)) for index in (1, 3, 5))

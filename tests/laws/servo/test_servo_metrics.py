@@ -107,7 +107,7 @@ def test_an_object_whose_rotation_is_not_known_is_located_and_not_tracked(
     rows = [seen_at(row_at(place), CENTERED, "searching") for place in range(4)]
     metrics = ServoMetrics.of(log_of(rows), 0.0)
     assert (metrics.tracked_share, metrics.located_share) == (0.0, 1.0)
-    assert metrics.figures()["observations tracked"] == "0.00 % of 4"
+    assert metrics.figures()["observations tracked"] == "0.0 % of 4"
     assert metrics.figures()["observations located"].startswith("100 %")
 
 

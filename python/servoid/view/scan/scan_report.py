@@ -20,6 +20,7 @@ _MOST_THUMBS = 60
 _MOST_POINTS = 4000
 _DRAWN_PX = 460
 _MARGIN_PX = 14
+_BAR_PX = 18  # below a plan, for the scale bar
 _INSIDE = 0.9  # share of the points that a plan shows: distant ones would make all others small
 
 
@@ -38,6 +39,7 @@ def scan_page(scan: Scan, images: Path) -> bytes:
             "words": paragraphs(_words(scan)),
             "notes": notes_list((*scan.notes, *scan.doubts)),
             "plans": _plans(scan),
+            "unit": _unit(scan),
             "figures": "\n".join(_row(name, value) for name, value in _figures(scan)),
             "thumbs": "\n".join(_thumbs(scan, images)),
         },
@@ -95,7 +97,7 @@ def _figures(scan: Scan) -> Iterator[tuple[str, str]]:
     found = "estimated" if solution.center_is_found else "assumed to be the image centre"
     yield "principal point", f"{u:.1f}, {v:.1f} px, {found}"
     yield "distortion k1", f"{solution.lens.distortion[0]:.4f}"
-    yield "seconds", f"{scan.seconds:.1f}"
+    yield "time of the scan", f"{scan.seconds:.1f} s"
 
 
 def _row(name: str, value: str) -> str:
@@ -137,12 +139,30 @@ def _plan(scan: Scan, axes: Floats, looking: Floats, title: str) -> str:
         f'<circle cx="{u:.1f}" cy="{v:.1f}" r="3"><title>{html.escape(name)}</title></circle>'
         for (u, v), (du, dv), name in zip(stops, heads, solution.names, strict=True)
     )
-    height = float((high - low)[1] * by) + 2 * _MARGIN_PX
+    height = float((high - low)[1] * by) + 2 * _MARGIN_PX + _BAR_PX
+    bar = _bar(by, height, " m" if scan.scale is not None else "")
     return (
         f'<figure><svg viewBox="0 0 {_DRAWN_PX} {height:.0f}" role="img" '
         f'aria-label="{html.escape(title)}"><path class="points" d="{dots}"/>'
-        f'<g class="cameras">{marks}</g></svg>'
+        f'<g class="cameras">{marks}</g>{bar}</svg>'
         f"<figcaption>{html.escape(title)}</figcaption></figure>"
+    )
+
+
+def _unit(scan: Scan) -> str:
+    """Return what the numbers at the scale bars mean, if they are not metres."""
+    return "" if scan.scale is not None else "The bars have the unit of lengths above."
+
+
+def _bar(by: float, height: float, unit: str) -> str:
+    """Draw a bar of a round length, about a fifth of the plan long; `by` is pixels per unit."""
+    longest = 0.25 * _DRAWN_PX / by
+    ten = 10.0 ** math.floor(math.log10(longest))
+    length = max(step * ten for step in (1.0, 2.0, 5.0) if step * ten <= longest)
+    left, right, v = _MARGIN_PX, _MARGIN_PX + length * by, height - 8.0
+    return (
+        f'<g class="scale"><line x1="{left}" y1="{v:.1f}" x2="{right:.1f}" y2="{v:.1f}"/>'
+        f'<text x="{right + 6:.1f}" y="{v + 4:.1f}">{digits(length)}{unit}</text></g>'
     )
 
 

@@ -82,7 +82,10 @@ def draw_servo_plots(log: ServoLog, folder: str | Path, *, settle_s: float = 0.0
         "joints.png": lambda: joint_panels(log),
         "gaze.png": lambda: gaze_panels(log, settle_s),
     }
-    files = {folder / name: _draw(log, panels()) for name, panels in pages.items()}
+    marks = {"hand.png": settle_s, "gaze.png": settle_s}
+    files = {
+        folder / name: _draw(log, panels(), marks.get(name, 0.0)) for name, panels in pages.items()
+    }
     write_together(files)
     return list(files)
 
@@ -243,8 +246,11 @@ def _lines(
     )
 
 
-def _draw(log: ServoLog, panels: list[Panel]) -> bytes:
-    """Draw panels below each other, and return the PNG file's bytes."""
+def _draw(log: ServoLog, panels: list[Panel], counted_s: float) -> bytes:
+    """Draw panels below each other, and return the PNG file's bytes.
+
+    A line marks the time `counted_s` from which on errors count, if it is within the run.
+    """
     figure = new_figure(_WIDE_IN, _PANEL_IN * len(panels) + 0.3)
     rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     spans = [(hold.start_s, hold.end_s) for hold in holds(log)]
@@ -254,6 +260,11 @@ def _draw(log: ServoLog, panels: list[Panel]) -> bytes:
             axes.axvspan(start, end, color=_SHADE, linewidth=0, label="held" if named else "")
     for axes, panel in zip(rows, panels, strict=True):
         _draw_panel(axes, panel)
+    if len(log) > 1 and 0.0 < counted_s < float(log.times[-1]):
+        for axes in rows:
+            name = "counted from here" if axes is rows[0] else ""
+            axes.axvline(counted_s, color=QUIET_INK, linestyle=":", linewidth=1.2, label=name)
+        _legend(rows[0])
     if len(log) > 1:
         rows[-1].set_xlim(float(log.times[0]), float(log.times[-1]))
     rows[-1].set_xlabel("seconds of servoing", color=INK, fontsize=10)
@@ -281,12 +292,17 @@ def _draw_panel(axes: "Axes", panel: Panel) -> None:
         axes.text(0.5, 0.5, "unknown", transform=axes.transAxes, ha="center", color=QUIET_INK)
     axes.set_title(f"{panel.title} [{panel.unit}]", loc="left", color=INK, fontsize=10.5)
     if panel.lines:
-        axes.legend(
-            loc="upper left",
-            bbox_to_anchor=(1.005, 1.03),
-            frameon=False,
-            fontsize=9,
-            handlelength=1.6,
-            labelspacing=0.25,
-        )
+        _legend(axes)
     dress(axes)
+
+
+def _legend(axes: "Axes") -> None:
+    """Put the names of all lines beside a panel."""
+    axes.legend(
+        loc="upper left",
+        bbox_to_anchor=(1.005, 1.03),
+        frameon=False,
+        fontsize=9,
+        handlelength=1.6,
+        labelspacing=0.25,
+    )

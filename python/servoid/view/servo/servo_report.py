@@ -54,6 +54,13 @@ _CAPTIONS = {
     "body.png": "The body from four sides, and the cameras",
     "curve.png": "Fitness and silhouette IoU against the count of ellipsoids",
 }
+_WORDS = {
+    "hand.png": "Repeatability is relative to the body where it was modelled, accuracy to the true "
+    "object; x, y and z are those of the goal's frame.",
+    "joints.png": "Speeds are those that were commanded.",
+    "gaze.png": "The fixation error is measured with the true object; desired angles are pale.",
+    "contact_sheet.png": "IoU is the intersection over union of mask and silhouette.",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +175,9 @@ def _picture(path: Path) -> str:
         reason = (error.strerror or str(error)).lower()
         raise OutputError(f"cannot put {path} into the report: {reason}") from error
     caption = _CAPTIONS.get(path.name, path.stem.replace("_", " "))
-    return picture(data, caption, _SHOWN.get(path.name, ""))
+    shown = picture(data, caption, _SHOWN.get(path.name, ""))
+    words = _WORDS.get(path.name, "")
+    return f'{shown}\n<p class="quiet">{html.escape(words)}</p>' if words else shown
 
 
 def _held(log: ServoLog, shaded: str) -> str:

@@ -99,6 +99,14 @@ def test_a_report_is_a_page_pictures_and_figures_and_the_page_holds_all(reported
     assert all(cv2.imread(str(reported / name)) is not None for name in PICTURES)
 
 
+def test_the_page_has_the_notes_on_the_images_that_the_terminal_prints(folder: Path) -> None:
+    toml = MOVING.write(folder / "timeless") / "capture.toml"
+    toml.write_text(toml.read_text().replace('[rig]\nposes = "poses.csv"\n', ""))
+    output = run_servoid(folder, "track", "timeless", *CUP, "--report", "report")
+    assert "the capture has no times: " in output
+    assert "<li>the capture has no times: " in (folder / "report" / "report.html").read_text()
+
+
 def test_the_page_needs_nothing_from_elsewhere(reported: Path) -> None:
     text = (reported / "report.html").read_text(encoding="utf-8")
     for tag, attributes in Page(text).elements:

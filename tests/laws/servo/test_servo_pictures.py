@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 import pytest
 from fake_tracker import FakeEstimate
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
@@ -300,23 +299,6 @@ def test_the_plots_show_what_the_log_says(shown: Shown) -> None:
         "left pan",
         "right pan",
     ]
-
-
-@pytest.mark.parametrize(("settle_s", "is_marked"), [(0.0, False), (0.3, True), (5.0, False)])
-def test_the_plots_of_errors_mark_the_time_from_which_they_count(
-    settle_s: float, is_marked: bool, shown: Shown, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    marked: list[float] = []
-    draw = Axes.axvline
-
-    def drawing(axes: Axes, x: float, **options: object) -> object:
-        marked.append(x)
-        return draw(axes, x, **options)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(Axes, "axvline", drawing)
-    draw_servo_plots(shown.log, tmp_path, settle_s=settle_s)
-    panels = len(hand_panels(shown.log, settle_s)) + len(gaze_panels(shown.log, settle_s))
-    assert marked == [settle_s] * (panels if is_marked else 0)
 
 
 def test_a_log_that_says_nothing_can_be_drawn(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_servo_metrics import CENTERED, HERE, PERIOD_S, held, log_of, off, row_at, seen_at
+from tiers import tiered
 
 from servoid.pose import Pose
 from servoid.servo import Reason, ServoLog, ServoRow, TrueGoal, verdict_of
@@ -142,3 +143,23 @@ def test_the_page_on_reports_states_the_bounds_of_the_rule() -> None:
     for bound in BOUNDS:
         good, rough = map(bound.in_words, (bound.good, bound.rough))
         assert re.search(rf"\| {bound.name}[^|]* \| {good} \| {rough} \|", part), bound
+
+
+@pytest.mark.parametrize(
+    ("settle_s", "is_marked"), tiered([(0.3, True), (0.0, False), (5.0, False)])
+)
+def test_the_plots_of_errors_mark_the_time_from_which_they_count(
+    settle_s: float, is_marked: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib", reason="plots need matplotlib")
+    from matplotlib.axes import Axes
+
+    from servoid.view import draw_servo_plots
+    from servoid.view.servo.servo_plots import gaze_panels, hand_panels
+
+    marked: list[float] = []
+    monkeypatch.setattr(Axes, "axvline", lambda _axes, x, **_options: marked.append(x))
+    log = logged(run())
+    draw_servo_plots(log, tmp_path, settle_s=settle_s)
+    panels = len(hand_panels(log, settle_s)) + len(gaze_panels(log, settle_s))
+    assert marked == [settle_s] * (panels if is_marked else 0)

@@ -12,7 +12,7 @@ from servoid.errors import OutputError
 from servoid.pose import Floats
 from servoid.scan import Scan
 from servoid.view.page_parts import fill, image, notes_list, paragraphs, verdict_list
-from servoid.words import measured
+from servoid.words import digits, measured
 
 _THUMB_PX = 220
 _QUALITY = 85

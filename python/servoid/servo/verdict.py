@@ -12,6 +12,7 @@ from servoid.servo.metrics import ServoMetrics
 _WORDS = ("good", "rough", "poor")
 _GOOD, _ROUGH, _POOR = range(len(_WORDS))
 _UNKNOWN = "unknown"
+_LEAST_PERIODS = 3  # periods of control, after the hand had time to settle, that errors are of
 
 
 @dataclass(frozen=True)
@@ -83,14 +84,11 @@ def why_errors_unknown(log: ServoLog, settle_s: float) -> str | None:
     if not len(log):
         return "servoing did not begin"
     lasted_s = float(log.times[-1])
-    if lasted_s < settle_s:
-        return f"servoing ended after {lasted_s:.1f} s, and errors count after {settle_s:g} s"
     later = [row for row in log.rows if row.time_s - log.start_s >= settle_s]
+    if len(later) < _LEAST_PERIODS:
+        return f"servoing ended after {lasted_s:.1f} s, and errors count after {settle_s:g} s"
     if all(row.world_from_goal is None for row in later):
         return f"the hand had no goal after {settle_s:g} s of servoing"
-    # What is left then is a control period or two.
-    if all(time_s < settle_s for time_s, _ in log.seen):
-        return f"no observation came after {settle_s:g} s of servoing"
     return None
 
 
@@ -123,6 +121,9 @@ def _holds(log: ServoLog, metrics: ServoMetrics) -> _Reasons:
 def _observations(log: ServoLog, metrics: ServoMetrics) -> _Reasons:
     """Rate how often the object was lost, not tracked and not located."""
     estimates = [seen.estimate for _, seen in log.seen]
+    if log.rows and not estimates:
+        yield _POOR, "no observation came"
+        return
     lost = [one is not None and one.status == "lost" for one in estimates]
     if any(lost):
         at_end = ", and at the end" if lost[-1] else ""

@@ -112,6 +112,10 @@ def test_a_run_that_was_kept_from_its_goal_is_not_good_unless_it_was_by_quick_mo
     assert rating([limited(row, Reason.AWAY) for row in run()[:50]] + run()[50:]) == "good"
 
 
+def test_a_run_without_an_observation_is_poor() -> None:
+    assert rating([replace(row, seen=None) for row in run()]) == "poor: no observation came"
+
+
 def test_an_interrupted_run_is_not_good_and_says_so_first() -> None:
     ending = "interrupted after 1.99 of 4 s of servoing"
     assert rating(run(), ending=ending) == f"rough: {ending}"
@@ -123,7 +127,7 @@ def test_an_interrupted_run_is_not_good_and_says_so_first() -> None:
     [
         (run(), 3.0, "servoing ended after 2.0 s, and errors count after 3 s"),
         ([replace(row, world_from_goal=None) for row in run()], 0.5, "the hand had no goal after "),
-        ([replace(row, seen=None) for row in run()], 0.5, "no observation came after 0.5 s"),
+        (run(), 1.985, "servoing ended after 2.0 s, and errors count after 1.985 s"),
         ([], 0.0, "servoing did not begin"),
     ],
 )

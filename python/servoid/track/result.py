@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Estimate, Pose
-from servoid.words import by_kind
+from servoid.words import by_kind, counted
 
 # The minimum share of tracked observations for each word.
 _VERDICTS = (("good", 0.95), ("rough", 0.7), ("poor", 0.0))
@@ -99,6 +99,15 @@ class TrackResult:
         """Return whether the tracking is good, rough or poor, as its report begins."""
         allowed = _VERDICTS[1:] if self.doubts else _VERDICTS  # good poses may be another's
         return next(word for word, least in allowed if self.tracked_share >= least)
+
+    @property
+    def reasons(self) -> list[str]:
+        """Return why the tracking is not better; empty if it is good in all observations."""
+        away = len(self) - self.tracked_count
+        reasons = ["what was found at first is in doubt"] if self.doubts else []
+        if away:
+            reasons.append(f"not tracked in {away} of {counted(len(self), 'observation')}")
+        return reasons
 
     @property
     def nowhere(self) -> str | None:

@@ -47,8 +47,10 @@ def test_a_track_whose_start_is_in_doubt_is_not_good_and_says_why() -> None:
     first, why, *_ = TrackFigures(doubted, history_of(20)).verdict()
     assert first.startswith("Tracking: rough; ")
     assert why == "In doubt since the start: it may be a jug."
+    assert (sure.reasons, doubted.reasons) == ([], ["what was found at first is in doubt"])
     lost = replace(doubted, tracked=track_of([OWN] * 20, lambda _: {"status": "lost"}))
     assert next(TrackFigures(lost, history_of(20)).verdict()).startswith("Tracking: poor; ")
+    assert lost.reasons == [*doubted.reasons, "not tracked in 20 of 20 observations"]
 
 
 def test_what_the_verdict_doubts_is_not_repeated_in_the_notes(tmp_path: Path) -> None:

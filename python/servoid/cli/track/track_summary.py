@@ -81,7 +81,9 @@ def _print(rows: Iterator[Row]) -> None:
 
 
 def _rows(result: TrackResult) -> Iterator[Row]:
-    yield from _wrapped("verdict", _verdict(result))
+    reasons = result.reasons
+    why = f": {'; '.join(reasons)}" if reasons else ""
+    yield from _wrapped("verdict", f"{result.verdict}{why}")
     share = 100.0 * result.tracked_share
     yield "tracked", f"{share:.1f} % ({result.tracked_count} of {len(result)})"
     yield from _wrapped("not tracked", _gaps(result.gaps))
@@ -103,14 +105,6 @@ def _rows(result: TrackResult) -> Iterator[Row]:
         yield "", f"and {counted(len(notices) - _MOST_NOTICES, 'other kind')} of notice"
     for note in result.notes:
         yield from _wrapped("at first", note)
-
-
-def _verdict(result: TrackResult) -> str:
-    """Return the word of the report, and why it is not better."""
-    away = len(result) - result.tracked_count
-    if not away:
-        return result.verdict
-    return f"{result.verdict}: not tracked in {away} of {counted(len(result), 'observation')}"
 
 
 def _speed(result: TrackResult) -> Iterator[Row]:

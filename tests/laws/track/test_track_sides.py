@@ -176,9 +176,15 @@ def test_a_covariance_that_is_open_has_no_deviation() -> None:
 
 def test_corrections_are_read_from_the_notices() -> None:
     notices = {
-        2: [f"{Cause.KNOWN_SIDE.value}: the turn is corrected by 12.5 degrees"],
-        4: ["camera left: too dark", f"{Cause.ADJUSTED.value}: the turn is corrected by 0 degrees"],
-        5: ["a known side is hidden: the turn is corrected by 3 degrees", "corrected by 4 degrees"],
+        2: [f"{Cause.KNOWN_SIDE.value}: the rotation is corrected by 12.5 degrees"],
+        4: [
+            "camera left: too dark",
+            f"{Cause.ADJUSTED.value}: the rotation is corrected by 0 degrees",
+        ],
+        5: [
+            "a known side is hidden: the rotation is corrected by 3 degrees",
+            "corrected by 4 degrees",
+        ],
     }
     track = track_of(spin(WHOLE[:6]), lambda place: {"notices": notices.get(place, [])})
     found = turning_of(track, history_of(6).world_from_camera).corrections
@@ -190,4 +196,4 @@ def test_corrections_are_read_from_the_notices() -> None:
 def test_the_words_of_corrections_are_those_of_the_tracker() -> None:
     source = ESTIMATE.read_text(encoding="utf-8")
     for cause in Cause:
-        assert f'"{cause.value}: the turn is corrected by {{degrees:.1}} degrees"' in source
+        assert f'"{cause.value}: the rotation is corrected by {{degrees:.1}} degrees"' in source

@@ -44,7 +44,7 @@ CUP = ("--body", "cup.json", "--start", "body")
 OWN = Pose.from_parts((0.02, 0.0, 0.45), (1.0, 0.0, 0.0, 0.0))
 PICTURES = ["growth.png", "sides.png", "timeline.png", "turning.png"]
 FILES = {"report.html", "summary.json", *PICTURES}
-CORRECTED = f"{Cause.KNOWN_SIDE.value}: the turn is corrected by 2.5 degrees"
+CORRECTED = f"{Cause.KNOWN_SIDE.value}: the rotation is corrected by 2.5 degrees"
 
 
 @pytest.fixture(scope="module")
@@ -369,7 +369,9 @@ def test_a_whole_turn_shows_all_sides_but_top_and_bottom_and_its_drift_falls_aga
     assert drift.shape == (WHOLE_TURN,)
     assert drift[-1] < 0.5 * drift.max()
     points = read_trajectory(turned_toy / "poses.csv")
-    noticed = [point.observation for point in points if "the turn is corrected by" in point.notices]
+    noticed = [
+        point.observation for point in points if "the rotation is corrected by" in point.notices
+    ]
     assert [one["observation"] for one in summary["corrections"]] == noticed
     assert summary["evolutions"] > 0
 

@@ -99,24 +99,24 @@ pub enum Notice {
         /// Share of the mask inside the body's silhouette, in per cent.
         inside: f64,
     },
-    /// The images determine the object's position, but its orientation not well enough.
-    #[error("the images determine the object's position, but not its orientation")]
+    /// The images determine the object's position, but its rotation not well enough.
+    #[error("the images determine the object's position, but not its rotation")]
     TurnOpen,
-    /// The orientation may have drifted too far since the first image, on sides that were not known
+    /// The rotation may have drifted too far since the first image, on sides that were not known
     /// before.
-    #[error("the turn may have drifted by {degrees:.0} degrees since the first image")]
+    #[error("the rotation may have drifted by {degrees:.0} degrees since the first image")]
     Drifted {
         /// Standard deviation of the drift, in degrees.
         degrees: f64,
     },
     /// A side that is known better is seen again, and the drift accumulated since is corrected.
-    #[error("a known side is seen again: the turn is corrected by {degrees:.1} degrees")]
+    #[error("a known side is seen again: the rotation is corrected by {degrees:.1} degrees")]
     LoopClosed {
         /// Size of the correction, in degrees.
         degrees: f64,
     },
     /// Poses and surface points were adjusted together, which corrects accumulated drift.
-    #[error("what was seen so far is adjusted: the turn is corrected by {degrees:.1} degrees")]
+    #[error("what was seen so far is adjusted: the rotation is corrected by {degrees:.1} degrees")]
     Adjusted {
         /// Size of the correction, in degrees.
         degrees: f64,

@@ -14,7 +14,7 @@ from servoid.track import Tracked
 
 _STEP = np.radians(3.0)  # smaller rotations back and forth do not add up
 
-_CORRECTED = re.compile(r"^(.*): the turn is corrected by (\d+(?:\.\d+)?) degrees$")
+_CORRECTED = re.compile(r"^(.*): the rotation is corrected by (\d+(?:\.\d+)?) degrees$")
 
 
 class Cause(Enum):

@@ -1,7 +1,7 @@
 """Opens captures: reads `capture.toml` and finds the files that it names."""
 
 import glob
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from servoid._native import Pose
@@ -21,6 +21,7 @@ from servoid.errors import CaptureError
 from servoid.words import counted
 
 _MOST_NAMED = 3  # files of no image, in a note
+_Found = dict[str, list[Path]]  # masks and depth images, by kind
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 
 
@@ -38,11 +39,10 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
     """
     toml = _find_toml(path_of(path, CaptureError))
     file, lenses = read_capture_file(toml, supplier)
-    notes: list[str] = []
-    cameras = tuple(
-        _list_camera(toml, entry, lens, notes)
-        for entry, lens in zip(file.camera, lenses, strict=True)
-    )
+    listed = [
+        _list_camera(toml, entry, lens) for entry, lens in zip(file.camera, lenses, strict=True)
+    ]
+    cameras = tuple(camera for camera, _ in listed)
     count = len(cameras[0].pictures)
     for camera in cameras[1:]:
         _check_pairs(toml, cameras[0], camera)
@@ -54,7 +54,7 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
         times_s,
         rate_hz=file.rate_hz,
         metric=file.metric,
-        notes=tuple(notes),
+        notes=tuple(_lone_notes(listed)),
     )
 
 
@@ -99,22 +99,20 @@ def _read_motion(
 
 
 def _list_camera(
-    toml: Path, entry: CameraEntry, mounted: MountedLens, notes: list[str]
-) -> CaptureCamera:
-    """List the files of a camera; what is wrong with some of them is added to `notes`."""
+    toml: Path, entry: CameraEntry, mounted: MountedLens
+) -> tuple[CaptureCamera, _Found]:
+    """List the files of a camera; return also the masks and depth images that it names."""
     place = f"{toml}, camera '{entry.name}'"
     pictures = _list_pictures(toml, entry.images, f"{place}, images")
     masks: dict[str, Path] = {}
     if entry.masks is not None:
         masks = _list_masks(toml, entry.masks, f"{place}, masks")
         _check_names(pictures, masks, f"{place}, masks = '{entry.masks}'")
-        notes.extend(_lone_notes(pictures, masks, "mask", entry.name))
     depths: dict[str, Path] = {}
     if entry.depths is not None:
         depths = _list_depths(toml, entry.depths, f"{place}, depths")
         _check_names(pictures, depths, f"{place}, depths = '{entry.depths}'")
-        notes.extend(_lone_notes(pictures, depths, "depth image", entry.name))
-    return CaptureCamera(
+    camera = CaptureCamera(
         name=entry.name,
         lens=mounted.lens,
         rig_from_camera=mounted.rig_from_camera,
@@ -123,6 +121,7 @@ def _list_camera(
         depth_paths=tuple(depths.get(picture.stem) for picture in pictures),
         depth_scale_m=entry.depth_scale_m,
     )
+    return camera, {"mask": [*masks.values()], "depth image": [*depths.values()]}
 
 
 def _list_pictures(toml: Path, pattern: str, place: str) -> tuple[Picture, ...]:
@@ -184,19 +183,22 @@ def _check_names(pictures: tuple[Picture, ...], found: dict[str, Path], place: s
         )
 
 
-def _lone_notes(
-    pictures: tuple[Picture, ...], found: dict[str, Path], kind: str, camera: str
-) -> Iterator[str]:
-    """Report the files that belong to no image of a camera, and are not used."""
-    stems = {picture.stem for picture in pictures}
-    lone = [path.name for stem, path in sorted(found.items()) if stem not in stems]
-    if lone:
-        more = f" and {len(lone) - _MOST_NAMED} more" if len(lone) > _MOST_NAMED else ""
-        have = "has" if len(lone) == 1 else "have"
-        yield (
-            f"{counted(len(lone), kind)} of camera '{camera}' {have} no image of the same name, of "
-            f"{len(found)}: {', '.join(lone[:_MOST_NAMED])}{more}; name each {kind} like its image"
-        )
+def _lone_notes(listed: Sequence[tuple[CaptureCamera, _Found]]) -> Iterator[str]:
+    """Report the files that belong to no image of any camera, and are not used."""
+    used = {path for camera, _ in listed for path in (*camera.mask_paths, *camera.depth_paths)}
+    for camera, found in listed:
+        for kind, paths in found.items():
+            lone = sorted(path for path in paths if path not in used)
+            used.update(lone)  # another camera may have the same pattern
+            if not lone:
+                continue
+            more = f" and {len(lone) - _MOST_NAMED} more" if len(lone) > _MOST_NAMED else ""
+            have = "has" if len(lone) == 1 else "have"
+            names = ", ".join(path.name for path in lone[:_MOST_NAMED])
+            yield (
+                f"{counted(len(lone), kind)} of camera '{camera.name}' {have} no image of the same "
+                f"name, of {len(paths)}: {names}{more}; name each {kind} like its image"
+            )
 
 
 def _list_masks(toml: Path, pattern: str, place: str) -> dict[str, Path]:

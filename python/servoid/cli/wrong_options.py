@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from servoid.errors import MissingExtraError, ServoidError
 
 # The core refuses a value with `name must be allowed, but it is given`.
-_SETTING = re.compile(r"^\w+(?= must be .+, but it is )")
+_SETTING = re.compile(r"^\w+(?<!_s)(?= must be .+, but it is )")  # options have other units
 
 
 class OptionError(ServoidError, ValueError):

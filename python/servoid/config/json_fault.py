@@ -11,12 +11,14 @@ _SHOWN = 40  # characters of a line in a message
 
 def json_fault(content: bytes, reason: Exception) -> str:
     """Describe a fault and its place, which the fast parser's `reason` seldom tells."""
-    if not content.strip():
-        return "the file is empty"
     try:
         text = content.decode()
     except UnicodeDecodeError:
         return "the file is not UTF-8 text"
+    if not text.strip():
+        return "the file is empty"
+    if text.startswith("\ufeff"):
+        return "it begins with a byte order mark; save it as UTF-8 without one"
     if not text.lstrip().startswith(("{", "[")):
         return _first_line(text)
     if str(reason) == _CUT_OFF:

@@ -17,7 +17,7 @@ StructT = TypeVar("StructT", bound=msgspec.Struct)
 
 _MOST_REPORTED = 8  # tables with missing keys to report
 
-_BOUND = re.compile(r"(?P<length>of length )?(?P<sign>[<>]=?) (?P<number>[-+.\de]+)")
+_BOUND = re.compile(r"(?P<length>of length )?(?P<sign>[<>]=?) (?P<number>-?\d[.\d]*(?:e[-+]?\d+)?)")
 _PLAIN_WORDS = {
     "`array`": "a list",
     "`object`": "a table",
@@ -80,15 +80,17 @@ def explained(reason: msgspec.ValidationError, data: Any, kind: Any, place: str)
     what = what.replace(" | null`", "`")  # do not mention that the key is optional
     for word, plain in _PLAIN_WORDS.items():
         what = what.replace(word, plain)
-    what = _BOUND.sub(_bound_in_words, what)
+    if what.startswith("Expected"):  # others may quote what was given
+        what = _BOUND.sub(_bound_in_words, what)
     what += _choices(kind, path) if what.startswith("Invalid enum value") else ""
     what += "" if "got" in what else _given(data, path)
     return f"{at}: {what[:1].lower()}{what[1:]}"
 
 
 def _bound_in_words(bound: re.Match[str]) -> str:
-    """Return a bound such as `> 0.0` as it is said: `above 0`."""
-    number = digits(float(bound["number"]))
+    """Return a bound such as `> 0.0` in words: `above 0`."""
+    value = float(bound["number"])
+    number = str(int(value)) if value.is_integer() else digits(value)
     words = {">": "above {}", "<": "below {}", ">=": "of {} or more", "<=": "of {} or less"}
     said = words[bound["sign"]].format(number)
     return said if bound["length"] is None else f"of length {said.removeprefix('of ')}"

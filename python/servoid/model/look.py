@@ -118,8 +118,11 @@ def mark_everywhere(
     *,
     targets: Sequence[Target] = (),
     observations: slice | None = None,
+    notes: list[str] | None = None,
 ) -> list[CaptureView]:
     """Make masks for all views in which the object can be found, from those that have some.
+
+    What is doubtful about the targets is added to `notes`.
 
     Raises:
         As for `fit_capture`; views in which the object is not found are omitted.
@@ -127,6 +130,8 @@ def mark_everywhere(
     """
     request = request or Request()
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
+    if notes is not None:
+        notes.extend(marked.notes)
     if not marked.others:
         return list(marked.views)
     samples = join_range_samples(range_samples_of_views(marked.views))

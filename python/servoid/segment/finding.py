@@ -23,7 +23,7 @@ from servoid.segment.target import (
     MaskTarget,
     Target,
 )
-from servoid.words import digits, joined
+from servoid.words import joined, measured
 
 _LEAST_CHANGE = 10.0  # grey levels; noise of cameras and compression is smaller
 _DEEPEST_SHADOW = 0.45
@@ -218,7 +218,7 @@ def _beyond(box: Corners, image: Image) -> tuple[str, ...]:
         "right": box[2] - (width - 1.0),
         "bottom": box[3] - (height - 1.0),
     }
-    sides = [f"its {side} by {digits(px)} px" for side, px in over.items() if px > HAND_PX]
+    sides = [f"its {side} by {measured(px)} px" for side, px in over.items() if px > HAND_PX]
     if not sides:
         return ()
     return (

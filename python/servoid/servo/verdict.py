@@ -136,7 +136,7 @@ def _observations(log: ServoLog, metrics: ServoMetrics) -> _Reasons:
     if level != _GOOD:
         tracked, located = map(_percent, (metrics.tracked_share, metrics.located_share))
         more = f" and located in {located} %" if located > tracked else ""
-        yield level, f"it was tracked in {tracked} %{more} of {len(estimates)} observations"
+        yield level, f"the object was tracked in {tracked} %{more} of {len(estimates)} observations"
 
 
 def _percent(share: float) -> int:

@@ -102,7 +102,7 @@ class TrackResult:
 
     @property
     def reasons(self) -> list[str]:
-        """Return why the tracking is not better; empty if it is good in all observations."""
+        """Return what speaks against the tracking: doubts, and observations not tracked."""
         away = len(self) - self.tracked_count
         reasons = ["what was found at first is in doubt"] if self.doubts else []
         if away:

@@ -229,9 +229,11 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
     if subject.targets or any(view.index == instant.index for view in usable.views()):
         # A mask in a single camera does not determine the distance of the object.
         if subject.start is None:
+            found: list[str] = []
             views = model.mark_everywhere(
-                usable, modelling, targets=subject.targets, observations=only
+                usable, modelling, targets=subject.targets, observations=only, notes=found
             )
+            notes = (*notes, *found)
         else:
             marked = mark(usable, subject.targets, only, trusted=request.trust_targets)
             views, notes = marked.views, (*notes, *marked.notes)

@@ -207,7 +207,7 @@ size_px = [64, 48]
 
 
 def one_image(folder: Path, more: str) -> Path:
-    (folder / "images").mkdir()
+    (folder / "images").mkdir(parents=True)
     cv2.imwrite(str(folder / "images" / "0.png"), np.zeros((48, 64, 3), np.uint8))
     (folder / "capture.toml").write_text(ALONE + more)
     return folder
@@ -239,8 +239,30 @@ def test_a_table_that_says_too_little_is_refused(tmp_path: Path, more: str, word
         open_capture(one_image(tmp_path, more))
 
 
+def test_cameras_may_share_a_folder_of_masks_and_a_mask_of_neither_is_reported_once(
+    tmp_path: Path,
+) -> None:
+    tables = []
+    for name in ("left", "right"):
+        folder = one_image(tmp_path / name, "") / "images"
+        for kind, path in (("images", f"{name}_0.png"), ("masks", f"{name}_0.png")):
+            (tmp_path / kind).mkdir(exist_ok=True)
+            shutil.copy(folder / "0.png", tmp_path / kind / path)
+        x = 0.1 * (name == "right")
+        pose = f"rig_from_camera = [[1, 0, 0, {x}], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]"
+        files = f'images = "images/{name}_*.png"\nmasks = "masks/*.png"'
+        tables.append(
+            f'[[camera]]\nname = "{name}"\n{files}\nsize_px = [64, 48]\nfov_deg = 60\n{pose}'
+        )
+    (tmp_path / "capture.toml").write_text("version = 1\n" + "\n".join(tables))
+    assert open_capture(tmp_path).notes == ()
+    shutil.copy(tmp_path / "masks" / "left_0.png", tmp_path / "masks" / "lone.png")
+    (note,) = open_capture(tmp_path).notes
+    assert "lone.png" in note
+
+
 @pytest.mark.parametrize(("extra", "more"), [(1, ""), (5, " and 2 more")])
-def test_masks_of_no_image_are_told_with_their_number_and_names(
+def test_masks_of_no_image_are_reported_with_their_number_and_names(
     extra: int, more: str, drawn_capture: Path, tmp_path: Path
 ) -> None:
     folder = shutil.copytree(drawn_capture, tmp_path / "capture")

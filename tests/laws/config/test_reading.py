@@ -239,6 +239,9 @@ def test_the_page_of_errors_lists_every_limit() -> None:
         (b"a,b\n1,2\n", "line 1 begins with 'a,b', not with a brace"),
         (b"\n \nhello " + 99 * b"l", r"line 3 begins with 'hello l+\.\.\.', not with a brace"),
         (b" \n", "the file is empty"),
+        (b"\x1c", "the file is empty"),
+        ("\u00a0\n".encode(), "the file is empty"),
+        (b"\xef\xbb\xbf{}", "it begins with a byte order mark; save it as UTF-8 without one"),
         (b'{"version": "\xff"}', "the file is not UTF-8 text"),
         (
             b'{"version":\n [1, NaN]}',

@@ -97,7 +97,6 @@ def test_the_figures_of_a_scan_are_those_of_its_solution(scanned: Scan) -> None:
     assert any("one side" in note for note in figures["notes"])
 
 
-@pytest.mark.extended
 def test_a_bar_of_a_plan_is_as_long_as_it_says(scanned: Scan) -> None:
     page = scan_page(scanned, scanned.path / "images").decode()
     ends = r'class="scale"><line x1="([\d.]+)".*?x2="([\d.]+)".*?>([\d.]+) m<'
@@ -113,6 +112,7 @@ def test_a_bar_of_a_plan_is_as_long_as_it_says(scanned: Scan) -> None:
     assert np.linalg.norm(moved) == pytest.approx(np.linalg.norm(places[-1] - places[0]), rel=0.02)
 
 
+@pytest.mark.extended
 def test_the_same_photographs_give_the_same_bits_on_any_number_of_threads(tmp_path: Path) -> None:
     folder = write_photos(tmp_path / "photos", draw(Room(), WALK[:6]))
     lengths = tuple(parse_length(marked(index)) for index in (1, 3, 5))

@@ -307,7 +307,7 @@ def test_a_log_that_says_nothing_can_be_drawn(tmp_path: Path) -> None:
     page = write_servo_report(tmp_path, ServoLog(("a", "b")), {}, ServoPictures())
     text = page.read_text(encoding="utf-8")
     assert "Why the hand was held" not in text
-    assert "Servoing: unknown; the errors of the hand are unknown: servoing did not begin." in text
+    assert "Servoing: unknown: the errors of the hand are unknown: servoing did not begin." in text
 
 
 def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Shown) -> None:

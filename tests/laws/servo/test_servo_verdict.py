@@ -91,8 +91,8 @@ def test_a_run_that_ends_with_the_hand_held_is_poor() -> None:
     [
         (50, 1, "lost", "rough", "the object was lost in 1 of 200 observations"),
         (50, 9, "searching", "good", ""),
-        (50, 11, "searching", "rough", "it was tracked in 94 % of 200 observations"),
-        (0, 61, "searching", "poor", "it was tracked in 69 % of 200 observations"),
+        (50, 11, "searching", "rough", "the object was tracked in 94 % of 200 observations"),
+        (0, 61, "searching", "poor", "the object was tracked in 69 % of 200 observations"),
         (199, 1, "lost", "poor", "the object was lost in 1 of 200 observations, and at the end"),
     ],
 )

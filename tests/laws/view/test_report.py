@@ -92,7 +92,6 @@ def test_the_summary_says_what_the_result_says(result: ModelResult, written: lis
     assert [row["count"] for row in summary["steps"]] == [step.count for step in result.steps]
 
 
-@pytest.mark.extended
 def test_page_and_terminal_begin_with_the_same_verdict(
     result: ModelResult, written: list[Path], capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -106,6 +105,7 @@ def test_page_and_terminal_begin_with_the_same_verdict(
     assert first.startswith(words.removeprefix("Modelled photos verdict ").lower())
 
 
+@pytest.mark.extended
 def test_without_unused_views_the_summary_has_none_for_them(
     result: ModelResult, tmp_path: Path
 ) -> None:

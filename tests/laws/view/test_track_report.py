@@ -368,10 +368,8 @@ def test_a_whole_turn_shows_all_sides_but_top_and_bottom_and_its_drift_falls_aga
     drift = np.array([one["drift_rad"] for one in summary["steps"]])
     assert drift.shape == (WHOLE_TURN,)
     assert drift[-1] < 0.5 * drift.max()
-    points = read_trajectory(turned_toy / "poses.csv")
-    noticed = [
-        point.observation for point in points if "the rotation is corrected by" in point.notices
-    ]
+    points, words = read_trajectory(turned_toy / "poses.csv"), "the rotation is corrected by"
+    noticed = [point.observation for point in points if words in point.notices]
     assert [one["observation"] for one in summary["corrections"]] == noticed
     assert summary["evolutions"] > 0
 

@@ -304,7 +304,9 @@ def test_what_was_not_measured_is_not_known(servoid_command: Command, tmp_path: 
     outcome = servoid_command("servo", "--config", tmp_path / "small.toml", "--out", tmp_path / "a")
     rows = rows_of(outcome)
     assert all(rows[kind] == "not known" for kind in ("repeatability", "accuracy"))
-    assert rows["verdict"].startswith("unknown: the errors of the hand are unknown: no ")
+    assert rows["verdict"].startswith(
+        "unknown: the errors of the hand are unknown: servoing ended "
+    )
     assert "nan" not in outcome.out
 
 
@@ -336,7 +338,7 @@ def test_what_was_done_until_an_interrupt_is_written(
     assert 40 < len(rows) < 90
     ending = outcome.err.removesuffix("\n")
     assert re.fullmatch(r"interrupted after 0\.\d\d of 5 s of servoing", ending)
-    assert f"Servoing: unknown; {ending}; the errors" in (out / "report.html").read_text()
+    assert f"Servoing: unknown: {ending}; the errors" in (out / "report.html").read_text()
     for name in FILES:
         assert (out / name).stat().st_size > 100, name
     assert not [name for name in everything_in(out) if name.endswith((".part", ".part.mp4"))]

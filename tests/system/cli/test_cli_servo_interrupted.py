@@ -1,5 +1,6 @@
 """An interrupted servo run says what it leaves, and leaves nothing without a word."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import NoReturn
 
@@ -15,7 +16,9 @@ from interrupted_runs import interrupt_at
 from servo_trials import small_settings
 
 from servoid.cli.servo import servoing
+from servoid.cli.servo.servo_order import Order
 from servoid.sim.trial import trial_toml
+from servoid.sim.world import World
 
 SHORT = {"run.seconds": 1.0, "run.settle_s": 0.5, "servo.look.count": 1}
 
@@ -47,6 +50,28 @@ def test_an_interrupt_before_servoing_names_the_looks_it_leaves_which_can_be_mod
     )
     assert [path.name for path in out.iterdir()] == ["look"]
     assert servoid_command("model", out / "look", "--out", tmp_path / "body.json").code == 0
+
+
+@pytest.mark.extended
+def test_an_interrupt_while_the_recordings_of_a_run_are_closed_loses_none_of_it(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def press() -> NoReturn:
+        raise KeyboardInterrupt
+
+    prepare = servoing._Run.prepare
+
+    def preparing(run: servoing._Run, world: World, stack: ExitStack, order: Order) -> None:
+        stack.callback(press)
+        prepare(run, world, stack, order)
+
+    monkeypatch.setattr(servoing._Run, "prepare", preparing)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT | {"run.seconds": 0.2})))
+    outcome = servoid_command("servo", "--config", config, "--out", out, "--no-video")
+    assert outcome.code == 130
+    assert outcome.err.startswith("interrupted after 0.")
+    assert (out / "log.csv").is_file()
 
 
 @pytest.mark.extended

@@ -36,7 +36,7 @@ class Camera:
 class Machine:
     """What servoid runs on. `libraries` is None where servoid is not installed.
 
-    `unloadable` holds what is said of libraries that are installed and cannot be loaded, by extra.
+    `unloadable` describes what installed libraries lack to be loaded, by extra.
     """
 
     servoid: str
@@ -115,15 +115,13 @@ def find_cameras(
 
 
 def _unloadable(libraries: Mapping[str, Mapping[str, str | None]]) -> dict[str, str]:
-    """Return what sources say of their installed libraries that lack something of the system."""
-    said: dict[str, str] = {}
-    for extra, load in (("realsense", load_library),):
-        if any(libraries.get(extra, {}).values()):
-            try:
-                load()
-            except MissingExtraError as error:
-                said[extra] = str(error)
-    return said
+    """Describe what an installed library of cameras lacks, as its source does; by extra."""
+    if any(libraries.get("realsense", {}).values()):
+        try:
+            load_library()
+        except MissingExtraError as error:
+            return {"realsense": str(error)}
+    return {}
 
 
 def _open_gl(*, tries: bool) -> str:

@@ -1,4 +1,4 @@
-"""Says what an interrupted run leaves in its folder, and removes the folders that hold nothing."""
+"""Describes what an interrupted run leaves in its folder, and removes empty folders."""
 
 from dataclasses import dataclass
 from pathlib import Path

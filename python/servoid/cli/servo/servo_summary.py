@@ -68,8 +68,16 @@ def _errors(log: ServoLog, metrics: ServoMetrics) -> dict[str, str]:
         f"surface {_mm(true.surface)} mm",
         "belief": f"centre of the body {_mm(true.middle_rms)} mm RMS off the object's, surface "
         f"{_mm(true.body)} mm",
-        "fixation": f"{metrics.fixation_rms_px:.2f} px RMS",
+        "fixation": _fixation(metrics.fixation_rms_px),
     }
+
+
+def _fixation(off_px: float) -> str:
+    return (
+        "not known: no observation after that time"
+        if math.isnan(off_px)
+        else f"{off_px:.2f} px RMS"
+    )
 
 
 def _located(metrics: ServoMetrics) -> dict[str, str]:

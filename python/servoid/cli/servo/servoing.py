@@ -92,9 +92,10 @@ def _servoed(
         KeyboardInterrupt: it was interrupted before.
 
     """
-    with ExitStack() as stack, progress_bar("servo run") as update:
-        run = _Run(folder, settings.run.seconds, update)
-        try:
+    run: _Run | None = None
+    try:
+        with ExitStack() as stack, progress_bar("servo run") as update:
+            run = _Run(folder, settings.run.seconds, update)
             trial = run_servo_trial(
                 settings,
                 folder,
@@ -102,17 +103,18 @@ def _servoed(
                 prepared=lambda world: run.prepare(world, stack, order),
                 watch=run.watch,
             )
-        except KeyboardInterrupt:
-            if run.trial is None:
-                raise
-            return run.trial, True
-        except DoubtError as doubt:
-            picture = folder / "target.png"
-            write_whole(picture, draw_answers(doubt.image, doubt.masks))
-            raise TargetError(
-                f"{doubt}; {picture} shows the candidates, and --trust-target uses the first"
-            ) from doubt
-        return trial, False
+    except KeyboardInterrupt:
+        # Also while video and recording are closed.
+        if run is None or run.trial is None:
+            raise
+        return run.trial, True
+    except DoubtError as doubt:
+        picture = folder / "target.png"
+        write_whole(picture, draw_answers(doubt.image, doubt.masks))
+        raise TargetError(
+            f"{doubt}; {picture} shows the candidates, and --trust-target uses the first"
+        ) from doubt
+    return trial, False
 
 
 def _end_interrupted(message: str) -> NoReturn:

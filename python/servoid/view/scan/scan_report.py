@@ -155,10 +155,10 @@ def _unit(scan: Scan) -> str:
 
 
 def _bar(by: float, height: float, unit: str) -> str:
-    """Draw a bar of a round length, about a fifth of the plan long; `by` is pixels per unit."""
+    """Draw a bar of a round length, at most a quarter of the plan long; `by` is pixels per unit."""
     longest = 0.25 * _DRAWN_PX / by
     ten = 10.0 ** math.floor(math.log10(longest))
-    length = max(step * ten for step in (1.0, 2.0, 5.0) if step * ten <= longest)
+    length = max(step * ten for step in (0.5, 1.0, 2.0, 5.0) if step * ten <= longest)
     left, right, v = _MARGIN_PX, _MARGIN_PX + length * by, height - 8.0
     return (
         f'<g class="scale"><line x1="{left}" y1="{v:.1f}" x2="{right:.1f}" y2="{v:.1f}"/>'

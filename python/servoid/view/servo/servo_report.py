@@ -118,25 +118,25 @@ def write_servo_report(
 
 def _verdict(log: ServoLog, settle_s: float, ending: str | None) -> list[str]:
     """Return sentences: whether the run is good, the errors of the hand, and its main limit."""
-    verdict = verdict_of(log, settle_s, ending)
-    rating = f"Servoing: {'; '.join((verdict.word, *verdict.reasons))}."
+    rating = f"Servoing: {verdict_of(log, settle_s, ending).words}."
     if why_errors_unknown(log, settle_s) is not None:
         return [rating]
     metrics = ServoMetrics.of(log, settle_s)
     true = metrics.accuracy
     lasted = float(log.times[-1] - log.times[0])
-    held = f"held for {metrics.held_s:.1f} of {lasted:.1f} s" if metrics.holds else "never held"
+    held = "" if metrics.holds else " The hand was never held."  # else the rating has it
     sentences = [
         rating,
         f"Repeatability {_errors(metrics.position_rms, metrics.position_95)}; "
         f"accuracy {_errors(true.position_rms, true.position_95)}; "
-        f"both after {settle_s:g} s of servoing. The hand was {held}.",
+        f"both after {settle_s:g} s of servoing.{held}",
     ]
     limit = main_limit(log)
     if limit is not None:
         reason, seconds = limit
         sentences.append(
-            f"Its most frequent limit, for {seconds:.1f} of {lasted:.1f} s: {reason.value}."
+            f"The most frequent limit of the hand, for {seconds:.1f} of {lasted:.1f} s: "
+            f"{reason.value}."
         )
     return sentences
 

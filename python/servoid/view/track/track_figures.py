@@ -95,9 +95,9 @@ class TrackFigures:
             yield f"In doubt since the start: {doubt}."
         if result.nowhere is not None:
             yield f"{result.nowhere[0].upper()}{result.nowhere[1:]}."
-        doubts = notice_times([one for one in self.result.tracked if not one.is_tracked])
-        if doubts:
-            words, times = next(iter(doubts.items()))
+        notices = notice_times([one for one in result.tracked if not one.is_tracked])
+        if notices:
+            words, times = next(iter(notices.items()))
             yield f"The most frequent notice while it was not, {_often(times)}: {words}."
         yield self._seen_words()
         unchecked = [] if result.overlap is None else ["the first mask was the object's"]

@@ -304,9 +304,7 @@ def test_what_was_not_measured_is_not_known(servoid_command: Command, tmp_path: 
     outcome = servoid_command("servo", "--config", tmp_path / "small.toml", "--out", tmp_path / "a")
     rows = rows_of(outcome)
     assert all(rows[kind] == "not known" for kind in ("repeatability", "accuracy"))
-    assert rows["verdict"].startswith(
-        "unknown: the errors of the hand are unknown: servoing ended "
-    )
+    assert rows["verdict"].startswith("unknown: the errors of the hand are unknown: servoing ended")
     assert "nan" not in outcome.out
 
 

@@ -96,20 +96,31 @@ def _servoed(
     try:
         with ExitStack() as stack, progress_bar("servo run") as update:
             run = _Run(folder, settings.run.seconds, update)
-            trial = run_servo_trial(
-                settings,
-                folder,
-                path=path,
-                prepared=lambda world: run.prepare(world, stack, order),
-                watch=run.watch,
-            )
-    except KeyboardInterrupt:
-        # Also while video and recording are closed.
+            return _trial(run, stack, order, settings, path)
+    except KeyboardInterrupt:  # also while video and recording are closed
         if run is None or run.trial is None:
             raise
         return run.trial, True
+
+
+def _trial(
+    run: "_Run", stack: ExitStack, order: Order, settings: TrialSettings, path: ObjectPath | None
+) -> tuple[ServoTrial, bool]:
+    """Run; an interrupt while servoing ends the run, and completes video and recording."""
+    try:
+        trial = run_servo_trial(
+            settings,
+            run.folder,
+            path=path,
+            prepared=lambda world: run.prepare(world, stack, order),
+            watch=run.watch,
+        )
+    except KeyboardInterrupt:
+        if run.trial is None:
+            raise
+        return run.trial, True
     except DoubtError as doubt:
-        picture = folder / "target.png"
+        picture = run.folder / "target.png"
         write_whole(picture, draw_answers(doubt.image, doubt.masks))
         raise TargetError(
             f"{doubt}; {picture} shows the candidates, and --trust-target uses the first"
@@ -148,7 +159,7 @@ class _Run:
 
     def __init__(self, folder: Path, seconds: float, update: Callable[[float, str], None]) -> None:
         self.trial: ServoTrial | None = None
-        self._folder, self._seconds, self._update = folder, seconds, update
+        self.folder, self._seconds, self._update = folder, seconds, update
         self._world: World | None = None
         self._video: ServoVideo | None = None
         self._recording: McapRun | None = None
@@ -159,13 +170,13 @@ class _Run:
         self._world = world
         if order.mcap:
             rig = RunRig.of_source(world.cameras, world.camera_names)
-            recording = mcap_run(self._folder / _RECORDING, rig, can_wait=True)
+            recording = mcap_run(self.folder / _RECORDING, rig, can_wait=True)
             self._recording = stack.enter_context(recording)
         if order.video:
             rate = world.settings.cameras.rate_hz
             self._video = stack.enter_context(
                 ServoVideo(
-                    self._folder / _FILM,
+                    self.folder / _FILM,
                     world.cameras,
                     world.camera_names,
                     rate / self._every(world),

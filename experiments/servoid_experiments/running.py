@@ -14,7 +14,7 @@ from servoid.config.strict import read_toml
 from servoid.errors import StudyError
 from servoid.output import make_folder, write_together, write_whole
 from servoid.servo import settings_toml
-from servoid.words import suggestion
+from servoid.words import alternatives
 from servoid_experiments.design import Section, Study, Table
 from servoid_experiments.page import write_study_page
 
@@ -32,14 +32,14 @@ _MOST_FAILURES = 3  # listed in full
 class StudyReport:
     """The results of a study: its sections, its page, its trials, and the reasons of failures.
 
-    `small` says that the study is a quick one; None otherwise.
+    `quick` says that the study is a quick one; None otherwise.
     """
 
     sections: tuple[Section, ...]
     page: Path
     trials: int
     failures: tuple[str, ...]
-    small: str | None = None
+    quick: str | None = None
 
 
 def study_named(name: str) -> Study[Any]:
@@ -50,10 +50,7 @@ def study_named(name: str) -> Study[Any]:
 
     """
     if name not in STUDIES:
-        raise StudyError(
-            f"there is no study '{name}'; choose one of {', '.join(STUDIES)}"
-            + suggestion(name, STUDIES)
-        )
+        raise StudyError(f"there is no study '{name}'{alternatives(name, STUDIES)}")
     module, constant = STUDIES[name]
     return getattr(import_module(module), constant)
 
@@ -91,16 +88,16 @@ def run_study(
     results = run_batch(study.plan(settings), place, workers, watch)
     sections = tuple(study.report(settings, results))
     write_together(_files(sections, place))
-    failures, small = _failures(results), quick_note(study, settings)
+    failures, quick = _failures(results), quick_note(study, settings)
     page = write_study_page(
         place,
         study.title,
         sections,
         question=study.question,
         settings=text,
-        notes=[*([] if small is None else [f"{small}."]), *_notes(failures)],
+        notes=[*([] if quick is None else [f"{quick}."]), *_notes(failures)],
     )
-    return StudyReport(sections, page, sum(map(len, results.values())), failures, small)
+    return StudyReport(sections, page, sum(map(len, results.values())), failures, quick)
 
 
 def quick_note(study: Study[Any], settings: msgspec.Struct) -> str | None:

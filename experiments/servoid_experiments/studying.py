@@ -74,8 +74,8 @@ def _settings(study: Study[Any], config: Path | None, *, quick: bool) -> msgspec
 def _print_report(study: Study[Any], report: StudyReport, folder: Path) -> None:
     """Print the results in 80 columns."""
     typer.echo(study.title)
-    if report.small is not None:
-        _print_words(report.small)
+    if report.quick is not None:
+        _print_words(report.quick)
     for section in report.sections:
         typer.echo(f"\n{section.heading}")
         for claim, verdict in section.findings.items():

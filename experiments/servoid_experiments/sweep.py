@@ -12,7 +12,7 @@ import msgspec
 
 from servoid.batch import Done
 from servoid.errors import StudyError
-from servoid.words import suggestion
+from servoid.words import alternatives
 from servoid_experiments.stats import Spread, spread_of
 
 CaseT = TypeVar("CaseT", bound=msgspec.Struct)
@@ -84,10 +84,7 @@ def check_names(given: Iterable[str], known: Iterable[str], kind: str = "object"
     every = list(known)
     for name in given:
         if name not in every:
-            raise StudyError(
-                f"unknown {kind} '{name}'; choose one of {', '.join(every)}"
-                + suggestion(name, every)
-            )
+            raise StudyError(f"unknown {kind} '{name}'{alternatives(name, every)}")
 
 
 @dataclass(frozen=True)

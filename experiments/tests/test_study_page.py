@@ -120,7 +120,7 @@ def test_a_quick_study_says_so_before_all_else_and_a_whole_one_does_not(tmp_path
     for settings, is_quick in ((study.quick, True), (Few(), False)):
         report = run_study(empty, settings, tmp_path)
         text = report.page.read_text(encoding="utf-8")
-        assert (report.small is not None) == is_quick == ("This is a quick study" in text)
+        assert (report.quick is not None) == is_quick == ("This is a quick study" in text)
         assert not is_quick or text.index("This is a quick study") < text.index("<nav>")
 
 

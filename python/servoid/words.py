@@ -125,6 +125,12 @@ def suggestion(given: str, known: Iterable[str]) -> str:
     return f"; did you mean '{named[close[0]]}'?" if close else ""
 
 
+def alternatives(given: str, known: Iterable[str]) -> str:
+    """Return the end of a message on an unknown name: the known ones, and which it may mean."""
+    names = list(known)
+    return f"; choose one of {', '.join(names)}{suggestion(given, names)}"
+
+
 def camera_called(name: str) -> str:
     """Name a camera in a sentence: `camera left`, or `the camera` if it has no name of its own."""
     return "the camera" if name == "camera" else f"camera {name}"

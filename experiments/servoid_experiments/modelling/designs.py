@@ -18,7 +18,7 @@ from servoid.sim.samples import bird
 from servoid.sim.world.events.motions import STILL, pose_of, row_of, unit_row
 from servoid.sim.world.objects import OBJECTS, make_object
 from servoid.sim.world.scene.meshes import as_mesh
-from servoid.words import suggestion
+from servoid.words import alternatives
 from servoid_experiments.metrics import held_by
 
 _BIRD = "bird"
@@ -92,10 +92,7 @@ def design_of(name: str) -> Design:
 
     """
     if name not in DESIGNS:
-        raise SimError(
-            f"unknown object '{name}'; choose one of {', '.join(DESIGNS)}"
-            + suggestion(name, DESIGNS)
-        )
+        raise SimError(f"unknown object '{name}'{alternatives(name, DESIGNS)}")
     vertices, faces = _bird() if name == _BIRD else _shipped(name)
     stage = Scene()
     stage.add_mesh(vertices, faces, Paint())

@@ -5,14 +5,20 @@ from typing import TYPE_CHECKING
 from servoid._native import ModelSettings, PaperSettings, Step
 from servoid.model.finding import find_in_view
 from servoid.model.fit import Request, fit, fit_mesh, fit_range_samples
-from servoid.model.look import NO_METRES, fit_capture, fit_capture_by_paper, mark_everywhere
-from servoid.model.marking import is_of_target, mark, views_meant
+from servoid.model.look import (
+    NO_METRES,
+    find_everywhere,
+    fit_capture,
+    fit_capture_by_paper,
+    mark_everywhere,
+)
+from servoid.model.marking import mark, views_meant
 from servoid.model.misfit import center_notes
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import RangeSamples, range_samples_of_cloud
 from servoid.model.result import Coverage, IouByCount, ModelResult
 from servoid.model.running import Progress, ProgressCallback
-from servoid.model.verdict import GOOD_IOU, rate_body
+from servoid.model.verdict import GOOD_IOU, ModelVerdict
 from servoid.renamed import refuse_old_names
 
 __all__ = [
@@ -20,6 +26,7 @@ __all__ = [
     "IouByCount",
     "ModelResult",
     "ModelSettings",
+    "ModelVerdict",
     "PaperSettings",
     "Progress",
     "RangeSamples",

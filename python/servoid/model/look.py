@@ -83,7 +83,7 @@ def fit_capture(
     if alone or distance_m is not None:
         result = fit_one_view(known[0], _distance(distance_m, alone), request)
         notes += result.notes
-        return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
+        return _noted(result, marked, targets, notes)
     if marked.others and (len(known) < 2 or marked.from_targets):
         finding = replace(request, progress=part_of(request.progress, 0.0, _FINDING))
         known = _with_spread(marked, samples, finding, notes)
@@ -109,7 +109,14 @@ def fit_capture(
     far = far_note(result.body, result.native_used) if capture.metric else None
     if far is not None:
         notes.append(far)
-    return replace(result, targets=tuple(map(str, targets)), notes=tuple(notes))
+    return _noted(result, marked, targets, notes)
+
+
+def _noted(
+    result: ModelResult, marked: Marked, targets: Sequence[Target], notes: Sequence[str]
+) -> ModelResult:
+    named = tuple(map(str, targets))
+    return replace(result, targets=named, notes=tuple(notes), doubts=marked.doubts)
 
 
 def mark_everywhere(
@@ -118,11 +125,8 @@ def mark_everywhere(
     *,
     targets: Sequence[Target] = (),
     observations: slice | None = None,
-    notes: list[str] | None = None,
 ) -> list[CaptureView]:
     """Make masks for all views in which the object can be found, from those that have some.
-
-    What is doubtful about the targets is added to `notes`.
 
     Raises:
         As for `fit_capture`; views in which the object is not found are omitted.
@@ -130,8 +134,11 @@ def mark_everywhere(
     """
     request = request or Request()
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
-    if notes is not None:
-        notes.extend(marked.notes)
+    return find_everywhere(marked, request)
+
+
+def find_everywhere(marked: Marked, request: Request) -> list[CaptureView]:
+    """Return the marked views, and the others with the masks in which the object is found."""
     if not marked.others:
         return list(marked.views)
     samples = join_range_samples(range_samples_of_views(marked.views))
@@ -197,6 +204,7 @@ def fit_capture_by_paper(
             *(() if capture.metric else (NO_METRES,)),
             f"hue window {window[0]:.0f} to {window[1]:.0f} degrees",
         ),
+        doubts=marked.doubts,
         seconds=time.perf_counter() - start,
     )
 

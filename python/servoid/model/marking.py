@@ -9,21 +9,20 @@ from servoid.model.finding import find_in_view
 from servoid.segment import HueTarget, Target, undoubted
 from servoid.words import counted
 
-_OF_TARGET = "the target '"
-
 
 @dataclass(frozen=True)
 class Marked:
     """The usable views of a capture: those with a mask, and the others.
 
     `from_targets` is true if targets marked the first ones, and not the capture's own masks;
-    `notes` are messages for the user on what the targets found.
+    `notes` are messages for the user, and `doubts` those of them on what the targets found.
     """
 
     views: tuple[CaptureView, ...]
     others: tuple[CaptureView, ...]
     from_targets: bool
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 def mark(
@@ -48,11 +47,11 @@ def mark(
     """
     views = _chosen(capture, targets, observations)
     marked: dict[str, CaptureView] = {}
-    notes: list[str] = []
+    doubts: list[str] = []
     for target in targets:
         for view in views_meant(target, views):
             try:
-                marked[view.name] = _found(target, view, views, notes, trusted=trusted)
+                marked[view.name] = _found(target, view, views, doubts, trusted=trusted)
             except TargetError:
                 # A hue window may match nothing in some of the views, but not in all.
                 if not isinstance(target, HueTarget) or target.view is not None:
@@ -75,31 +74,27 @@ def mark(
         views=tuple(view for view in small if view.name in marked),
         others=tuple(view for view in small if view.name not in marked),
         from_targets=bool(targets),
-        notes=(*notes, *([] if note is None else [note])),
+        notes=(*doubts, *([] if note is None else [note])),
+        doubts=tuple(doubts),
     )
-
-
-def is_of_target(note: str) -> bool:
-    """Return whether a note is on what a target found, which may be another object then."""
-    return note.startswith(_OF_TARGET)
 
 
 def _found(
     target: Target,
     view: CaptureView,
     views: Sequence[CaptureView],
-    notes: list[str],
+    doubts: list[str],
     *,
     trusted: bool,
 ) -> CaptureView:
-    """Return a view with the mask that a target finds in its recorded image."""
+    """Return a view with the mask that a target finds; what is doubtful is added to `doubts`."""
     image = view.recorded_image()
     found = find_in_view(target, view, image, views)
     if not trusted:
         undoubted(found, target, image)
     elif found.doubt is not None:
-        notes.append(f"{_OF_TARGET}{target}' was trusted, although {found.doubt}")
-    notes.extend(f"{_OF_TARGET}{target}': {note}" for note in found.notes)
+        doubts.append(f"the target '{target}' was trusted, although {found.doubt}")
+    doubts.extend(f"the target '{target}': {note}" for note in found.notes)
     return view.with_recorded_mask(found.mask)
 
 

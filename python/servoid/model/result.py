@@ -84,8 +84,9 @@ class ModelResult:
     being the body itself. `iou_used` and `iou_unused` are float64, the silhouette IoU in each of
     `used_views` and `unused_views`; `native_used` and `native_unused` are the same views in the
     core's form. `range_samples` are the measured points. `surface` is what was seen of the surface,
-    None where all of it is known. `notes` are messages for the user. `targets` is how the object
-    was marked. `seconds` is the duration of the whole call.
+    None where all of it is known. `notes` are messages for the user, and `doubts` those of them
+    on what the targets found. `targets` is how the object was marked. `seconds` is the duration of
+    the whole call.
     """
 
     body: Body
@@ -104,6 +105,7 @@ class ModelResult:
     coverage: Coverage | None = None
     targets: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def fitness(self) -> float:

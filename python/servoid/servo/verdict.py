@@ -60,20 +60,19 @@ class ServoVerdict:
         return f"{self.word}: {'; '.join(self.reasons)}" if self.reasons else self.word
 
 
-def verdict_of(log: ServoLog, settle_s: float, ending: str | None = None) -> ServoVerdict:
-    """Rate a run by its errors after `settle_s` seconds of servoing, and by what went wrong.
+def verdict_of(log: ServoLog, metrics: ServoMetrics, ending: str | None = None) -> ServoVerdict:
+    """Rate a run by its log and the metrics of that: by its errors, and by what went wrong.
 
     The worst figure decides. `ending` says why the run is not finished: then it is not good. A run
     whose errors are unknown is poor if anything else is, and otherwise unknown.
     """
-    metrics = ServoMetrics.of(log, settle_s)
-    unknown = why_errors_unknown(log, settle_s)
+    unknown = why_errors_unknown(log, metrics.settle_s)
     found = [] if ending is None else [(_ROUGH, ending)]
     if unknown is None:
         found += _errors(metrics)
     else:
         found.append((_GOOD, f"the errors of the hand are unknown: {unknown}"))
-    found += [*_holds(log, metrics), *_observations(log, metrics), *_limits(log, settle_s)]
+    found += [*_holds(log, metrics), *_observations(log, metrics), *_limits(log, metrics.settle_s)]
     worst = max((level for level, _ in found), default=_GOOD)
     word = _WORDS[worst] if unknown is None or worst == _POOR else _UNKNOWN
     return ServoVerdict(word, tuple(reason for _, reason in found))

@@ -11,7 +11,7 @@ from servoid import model
 from servoid._native import Body, Estimate, Pose, View, poses_from_masks
 from servoid.capture import Capture, CaptureView
 from servoid.errors import ModelError, TargetError, TrackError
-from servoid.model import center_notes, is_of_target, mark, views_meant
+from servoid.model import center_notes, find_everywhere, mark, views_meant
 from servoid.segment import Target
 from servoid.shape import body_size_note, placed
 from servoid.source import Instant, cameras_of
@@ -91,11 +91,7 @@ class _Known:
     colors: NDArray[np.uint8] | None
     notes: tuple[str, ...] = ()
     others: tuple[Pose, ...] = ()  # at which the body fits its masks about as well
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """Return those of the notes that doubt the masks or the pose."""
-        return tuple(note for note in self.notes if note == _ELSEWHERE or is_of_target(note))
+    doubts: tuple[str, ...] = ()  # those of the notes on the masks or the pose
 
 
 def begin(capture: Capture, instant: Instant, subject: Subject, request: Request) -> Followed:
@@ -221,32 +217,38 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
             distance_m=request.distance_m,
         )
         masks = _masks(usable, made.used_views)
-        return _Known(made.body, made.body.world_from_object, masks, made.colors, made.all_notes)
-    masks: Masks | None = None
+        return _Known(
+            body=made.body,
+            pose=made.body.world_from_object,
+            masks=masks,
+            colors=made.colors,
+            notes=made.all_notes,
+            doubts=made.doubts,
+        )
     size = body_size_note(subject.body)
     seen = (view for view in usable.all_views() if view.index == instant.index)
     notes: tuple[str, ...] = (*(() if size is None else (size,)), *center_notes(seen))
+    known = _Known(subject.body, subject.start, None, subject.colors, notes)
     if subject.targets or any(view.index == instant.index for view in usable.views()):
+        marked = mark(usable, subject.targets, only, trusted=request.trust_targets)
         # A mask in a single camera does not determine the distance of the object.
-        if subject.start is None:
-            found: list[str] = []
-            views = model.mark_everywhere(
-                usable, modelling, targets=subject.targets, observations=only, notes=found
-            )
-            notes = (*notes, *found)
-        else:
-            marked = mark(usable, subject.targets, only, trusted=request.trust_targets)
-            views, notes = marked.views, (*notes, *marked.notes)
-        masks = _masks(usable, views)
-    start = subject.start
-    if masks is not None and start is not None:
-        overlaps = mask_overlaps(capture, instant, placed(subject.body, start), masks)
+        views = marked.views if subject.start is not None else find_everywhere(marked, modelling)
+        known = replace(
+            known,
+            masks=_masks(usable, views),
+            notes=(*notes, *marked.notes),
+            doubts=marked.doubts,
+        )
+    if subject.start is None:
+        pose, *others = _placed(capture, instant, subject, known.masks, request.seed) or (None,)
+        return replace(known, pose=pose, others=tuple(others))
+    if known.masks is not None:
+        outlined = placed(subject.body, subject.start)
+        overlaps = mask_overlaps(capture, instant, outlined, known.masks)
         if overlaps.size and overlaps.max() <= _LEAST_OVERLAP:
-            return _Known(subject.body, start, None, subject.colors, (*notes, _ELSEWHERE))
-    if start is not None:
-        return _Known(subject.body, start, masks, subject.colors, notes)
-    pose, *others = _placed(capture, instant, subject, masks, request.seed) or (None,)
-    return _Known(subject.body, pose, masks, subject.colors, notes, tuple(others))
+            doubts = (*known.doubts, _ELSEWHERE)
+            return replace(known, masks=None, notes=(*known.notes, _ELSEWHERE), doubts=doubts)
+    return known
 
 
 def _overlap(capture: Capture, instant: Instant, known: _Known) -> float | None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from servoid.capture import CaptureView
-from servoid.model import GOOD_IOU, ModelResult, rate_body
+from servoid.model import GOOD_IOU, ModelResult, ModelVerdict
 from servoid.words import counted
 
 _MOST_NAMED = 5
@@ -47,10 +47,9 @@ def mean_iou(scored: list[ScoredView], *, used: bool) -> float | None:
     return float(np.mean(ious)) if ious else None
 
 
-def verdict(scored: list[ScoredView], fitness: float) -> list[str]:
+def verdict(rated: ModelVerdict, scored: list[ScoredView]) -> list[str]:
     """Return sentences: whether a body is good, and which views it does not explain."""
-    words = rate_body([(one.view.name, one.iou) for one in scored], fitness).words
-    words = words[0].upper() + words[1:]
+    words = rated.words[0].upper() + rated.words[1:]
     if not scored:
         return [f"{words}."]
     sentences = [f"{words}, measured by the IoU of mask and silhouette."]

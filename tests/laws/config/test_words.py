@@ -16,6 +16,7 @@ from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.model.result import Coverage
 from servoid.shape import save_body
 from servoid.words import (
+    alternatives,
     by_kind,
     counted,
     digits,
@@ -153,6 +154,8 @@ def test_a_name_is_suggested_only_if_it_is_almost_the_one_that_was_given(
     given: str, meant: str | None
 ) -> None:
     known = ("bottle", "drill", "mug", "plain_mug")
+    listed = "; choose one of bottle, drill, mug, plain_mug"
+    assert alternatives(given, known).removeprefix(listed) == suggestion(given, known)
     assert suggestion(given, known) == ("" if meant is None else f"; did you mean '{meant}'?")
 
 

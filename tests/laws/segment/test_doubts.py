@@ -274,11 +274,13 @@ def test_a_track_is_refused_with_a_picture_beside_its_poses(
     assert outcome.code == 1
     assert "poses_target.png" in outcome.err
     assert sorted(path.name for path in tmp_path.glob("poses*")) == ["poses_target.png"]
-    trusted = servoid_command(
-        *order, "--out", tmp_path / "poses.csv", "--observations", ":2", "--trust-targets"
-    )
-    assert trusted.code == 0, trusted.err
-    assert "was trusted, although" in " ".join(trusted.out.split())
+    body = tmp_path / "body.json"
+    order = (*order, "--out", tmp_path / "poses.csv", "--observations", ":2", "--trust-targets")
+    for more in (("--save-body", body), ("--body", body)):
+        trusted = servoid_command(*order, *more)
+        assert trusted.code == 0, trusted.err
+        words = " ".join(trusted.out.split())
+        assert "was trusted, although" in words and "found at first is in doubt" in words
 
 
 def test_a_box_in_a_doubtful_capture_can_be_trusted_in_python(

@@ -348,7 +348,7 @@ def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Sh
 def test_a_report_begins_with_its_verdict_and_what_is_not_good(
     shown: Shown, tmp_path: Path, ending: str | None
 ) -> None:
-    verdict = verdict_of(shown.log, 0.3, ending)
+    verdict = verdict_of(shown.log, ServoMetrics.of(shown.log, 0.3), ending)
     page = write_servo_report(tmp_path, shown.log, {}, ServoPictures(), settle_s=0.3, ending=ending)
     first = re.search(r'<p class="verdict">(.*)</p>', page.read_text(encoding="utf-8"))
     assert first is not None

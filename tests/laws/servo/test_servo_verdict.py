@@ -10,7 +10,7 @@ from test_servo_metrics import CENTERED, HERE, PERIOD_S, held, log_of, off, row_
 from tiers import tiered
 
 from servoid.pose import Pose
-from servoid.servo import Reason, ServoLog, ServoRow, TrueGoal, verdict_of
+from servoid.servo import Reason, ServoLog, ServoMetrics, ServoRow, TrueGoal, verdict_of
 from servoid.servo.verdict import BOUNDS
 
 COUNT = 200
@@ -44,7 +44,8 @@ def unlocated(row: ServoRow, status: str) -> ServoRow:
 
 
 def rating(rows: list[ServoRow], settle_s: float = 0.5, ending: str | None = None) -> str:
-    return verdict_of(logged(rows), settle_s, ending).words
+    log = logged(rows)
+    return verdict_of(log, ServoMetrics.of(log, settle_s), ending).words
 
 
 def test_a_run_within_all_bounds_is_good_and_no_reason_is_given() -> None:

@@ -20,6 +20,7 @@ import servoid
 from conftest import Drawing
 from servoid.capture import open_capture
 from servoid.model import ModelResult, fit
+from servoid.model.verdict import rate_body
 from servoid.view import write_report
 from servoid.view.model.html_page import _lengths
 from servoid.view.page import INK, QUIET_INK
@@ -268,17 +269,18 @@ def test_the_contrast_is_that_of_wcag() -> None:
 
 
 def test_the_page_says_first_whether_the_body_is_good_and_then_what_is_not() -> None:
-    def scored(*ious: float) -> list[ScoredView]:
+    def said(fitness: float, *ious: float) -> list[str]:
         views = [SimpleNamespace(name=f"eye/{place}") for place in range(len(ious))]
-        return [ScoredView(one, True, iou) for one, iou in zip(views, ious, strict=True)]  # type: ignore[arg-type]
+        scored = [ScoredView(one, True, iou) for one, iou in zip(views, ious, strict=True)]  # type: ignore[arg-type]
+        return verdict(rate_body([(one.view.name, one.iou) for one in scored], fitness), scored)
 
-    [good] = verdict(scored(0.97, 0.9613), 0.96)
+    [good] = said(0.96, 0.97, 0.9613)
     assert good.startswith("Good: the body explains 96.1 % of the worst view, eye/1, and 96.6 %")
-    rough, poor = verdict(scored(0.97, 0.71, 0.75), 0.8)
+    rough, poor = said(0.8, 0.97, 0.71, 0.75)
     assert rough.startswith("Rough: the body explains 71.0 % of the worst view, eye/1")
     assert poor.startswith("2 of 3 views have less than 80 %: eye/1, eye/2.")
-    assert verdict(scored(0.0), 0.0)[0].startswith("Poor: the body explains 0.0 %")
-    assert "F = 0.932" in verdict([], 0.932)[0]
+    assert said(0.0, 0.0)[0].startswith("Poor: the body explains 0.0 %")
+    assert "F = 0.932" in said(0.932)[0]
 
 
 def test_each_head_of_a_table_says_what_it_heads() -> None:

@@ -1,6 +1,5 @@
 """The one-screen summary of a model, at most 80 columns wide except for paths."""
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import typer
 from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
+from servoid.cli.rows import Row, wrapped
 from servoid.model import ModelResult
 from servoid.words import counted
 
@@ -23,12 +23,8 @@ def print_summary(source: str, result: ModelResult, out: Path, pictures: Sequenc
         typer.echo(f"  {label:<{_LABEL_WIDTH}} {value}")
 
 
-def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[tuple[str, str]]:
-    words = textwrap.wrap(
-        result.verdict.words, _VALUE_WIDTH, break_long_words=False, break_on_hyphens=False
-    )
-    for index, line in enumerate(words):
-        yield "" if index else "verdict", line
+def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[Row]:
+    yield from wrapped("verdict", result.verdict.words, _VALUE_WIDTH)
     yield "ellipsoids", str(len(result.body))
     yield "fitness F", f"{result.fitness:.4f}"
     if result.used_views:
@@ -44,8 +40,7 @@ def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[
     for index, picture in enumerate(pictures):
         yield "" if index else "report", str(picture)
     for note in result.all_notes:
-        for index, line in enumerate(textwrap.wrap(note, _VALUE_WIDTH)):
-            yield "" if index else "note", line
+        yield from wrapped("note", note, _VALUE_WIDTH)
 
 
 def _ious(kind: str, views: Sequence[CaptureView], ious: NDArray[np.float64]) -> str:

@@ -1,7 +1,6 @@
 """`servoid scan`: turns recorded images into a capture, a summary and a report."""
 
 import math
-import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ import typer
 from servoid.cli.extras import check_extras
 from servoid.cli.overwriting import check_inputs_outside
 from servoid.cli.progress import progress_bar
+from servoid.cli.rows import wrapped
 from servoid.cli.scan.scan_command import ScanOrder
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.opening import open_filmed, parse_source
@@ -107,5 +107,4 @@ def _rows(made: Scan) -> Iterator[tuple[str, str]]:
     yield "capture", str(made.path)
     yield "report", str(made.path / "report.html")
     for note in (*made.notes, *made.doubts):
-        for index, line in enumerate(textwrap.wrap(note, _VALUE_WIDTH)):
-            yield "" if index else "note", line
+        yield from wrapped("note", note, _VALUE_WIDTH)

@@ -1,12 +1,12 @@
 """The summary of a servo run, at most 80 columns wide except for paths."""
 
 import math
-import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 
 import typer
 
+from servoid.cli.rows import wrapped
 from servoid.servo import (
     Reason,
     ServoLog,
@@ -35,7 +35,7 @@ def print_servo_summary(
     place = "1 viewpoint" if looks == 1 else f"{looks} viewpoints"
     parts = "1 ellipsoid" if len(body) == 1 else f"{len(body)} ellipsoids"
     rows = {
-        "verdict": verdict_of(trial.log, metrics.settle_s, ending).words,
+        "verdict": verdict_of(trial.log, metrics, ending).words,
         "world": "ideal" if world.ideal else "with the errors of a laboratory, [world.lab]",
         "modelled": f"{parts}, from {place}",
         **_unreached(trial.log),
@@ -92,8 +92,8 @@ def _error(rms: float, most: float, turn: float) -> str:
 
 
 def _print(label: str, words: str) -> None:
-    for index, line in enumerate(textwrap.wrap(words, _VALUE_WIDTH, break_on_hyphens=False)):
-        typer.echo(f"  {'' if index else label:<{_LABEL_WIDTH}} {line}")
+    for name, line in wrapped(label, words, _VALUE_WIDTH):
+        typer.echo(f"  {name:<{_LABEL_WIDTH}} {line}")
 
 
 def _held(metrics: ServoMetrics) -> str:

@@ -296,10 +296,9 @@ def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -
         notes=(*trial.world.notes, *trial.exploration.all_notes),
         ending=ending,
     )
-    if order.mcap:
-        files["recording"] = folder / _RECORDING
-    if order.video:
-        files["video"] = folder / _FILM
+    for kind, name in (("recording", _RECORDING), ("video", _FILM)):
+        if (folder / name).is_file():  # an interrupt may have come before it was complete
+            files[kind] = folder / name
     files["looks"] = trial.exploration.capture
     files["report"] = page
     print_servo_summary(trial, metrics, files, ending)

@@ -1,6 +1,5 @@
 """`servoid sources`: lists the kinds of SOURCE in this installation, and the cameras found."""
 
-import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from importlib import import_module
 from importlib.util import find_spec
@@ -8,6 +7,7 @@ from pathlib import Path
 
 import typer
 
+from servoid.cli.rows import Row, wrapped
 from servoid.errors import ServoidError
 
 _LABEL_WIDTH = 22
@@ -16,8 +16,6 @@ _BY_ID = Path("/dev/v4l/by-id")
 _DEVICES = Path("/dev")
 _NAMES = Path("/sys/class/video4linux")
 _DRIVERS = "servoid.source.devices"
-
-Row = tuple[str, str]
 
 
 def run_sources() -> None:
@@ -91,5 +89,5 @@ def _found(module: str, function: str) -> str:
 def _print(rows: Iterable[Row]) -> None:
     for label, value in rows:
         room = _WIDTH - _LABEL_WIDTH - 3
-        for index, line in enumerate(textwrap.wrap(value, room, break_on_hyphens=False)):
-            typer.echo(f"  {'' if index else label:<{_LABEL_WIDTH}} {line}")
+        for name, line in wrapped(label, value, room):
+            typer.echo(f"  {name:<{_LABEL_WIDTH}} {line}")

@@ -1,6 +1,5 @@
 """`servoid record`: records a source into a folder or an MCAP file."""
 
-import textwrap
 from collections import Counter
 
 import typer
@@ -9,6 +8,7 @@ from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.messages import print_message
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.progress import progress_bar
+from servoid.cli.rows import wrapped
 from servoid.cli.source.converting import convert
 from servoid.cli.source.footage import LiveFootage
 from servoid.cli.source.record_command import RecordOrder
@@ -177,5 +177,5 @@ def _print(rows: list[tuple[str, str]]) -> None:
         if label == "recording":  # a path is not cut
             typer.echo(f"  {label:<{_LABEL_WIDTH}} {value}")
             continue
-        for index, line in enumerate(textwrap.wrap(value, _VALUE_WIDTH, break_on_hyphens=False)):
-            typer.echo(f"  {'' if index else label:<{_LABEL_WIDTH}} {line}")
+        for name, line in wrapped(label, value, _VALUE_WIDTH):
+            typer.echo(f"  {name:<{_LABEL_WIDTH}} {line}")

@@ -1,11 +1,12 @@
 """The summary of a track, at most 80 columns wide except for paths."""
 
-import textwrap
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import typer
 
+from servoid.cli.rows import Row, wrapped
 from servoid.cli.source.footage import Footage, LiveFootage
 from servoid.model import NO_METRES
 from servoid.source import ASSUMED_HZ
@@ -22,7 +23,7 @@ _TIMELESS = (
     "is another, write it into its capture.toml as rate_hz"
 )
 
-Row = tuple[str, str]
+_wrapped = partial(wrapped, width=_VALUE_WIDTH)
 
 
 def print_track_summary(
@@ -138,8 +139,3 @@ def _gap(gap: Gap) -> str:
     if gap.count > 1:
         when = f"{gap.first_s:.2f} to {gap.last_s:.2f} s"
     return f"{when} ({counted(gap.count, 'observation')})"
-
-
-def _wrapped(label: str, words: str) -> Iterator[Row]:
-    for index, line in enumerate(textwrap.wrap(words, _VALUE_WIDTH, break_on_hyphens=False)):
-        yield "" if index else label, line

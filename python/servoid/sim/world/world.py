@@ -39,7 +39,7 @@ from servoid.sim.world.scene.solids import Solids, add_solids
 from servoid.sim.world.scene.true_object import TrueObject, true_object
 from servoid.sim.world.scene.visuals import BOARD, OBJECT, Box, Finish, Visual
 from servoid.sim.world.settings import WorldSettings
-from servoid.words import suggestion
+from servoid.words import alternatives
 
 _OVERVIEW_FOCAL = 1.05  # in widths of the picture
 _RENDERERS = {"raycast": Raycaster, "mujoco": OpenGl}
@@ -273,8 +273,6 @@ def _board(settings: WorldSettings) -> list[Visual]:
 
 def _renderer(settings: WorldSettings, visuals: tuple[Visual, ...]) -> Renderer:
     if settings.renderer not in _RENDERERS:
-        raise SimError(
-            f"unknown renderer '{settings.renderer}'; choose one of {', '.join(_RENDERERS)}"
-            + suggestion(settings.renderer, _RENDERERS)
-        )
+        known = alternatives(settings.renderer, _RENDERERS)
+        raise SimError(f"unknown renderer '{settings.renderer}'{known}")
     return _RENDERERS[settings.renderer](visuals)

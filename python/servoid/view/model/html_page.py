@@ -61,7 +61,7 @@ def html_page(
     parts = {
         "title": f"A body of {counted(count, 'ellipsoid')}",
         "origin": origin(source),
-        "verdict": verdict_list(verdict(scored, result.fitness)),
+        "verdict": verdict_list(verdict(result.verdict, scored)),
         "words": paragraphs(list(_words(result, scored))),
         "notes": notes_list(notes),
         "legend": _legend(scored),

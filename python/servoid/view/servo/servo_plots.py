@@ -258,13 +258,12 @@ def _draw(log: ServoLog, panels: list[Panel], counted_s: float) -> bytes:
         for place, (start, end) in enumerate(spans):
             named = place == 0 and axes is rows[0]
             axes.axvspan(start, end, color=_SHADE, linewidth=0, label="held" if named else "")
-    for axes, panel in zip(rows, panels, strict=True):
-        _draw_panel(axes, panel)
     if len(log) > 1 and 0.0 < counted_s < float(log.times[-1]):
         for axes in rows:
             name = "counted from here" if axes is rows[0] else ""
             axes.axvline(counted_s, color=QUIET_INK, linestyle=":", linewidth=1.2, label=name)
-        _legend(rows[0])
+    for axes, panel in zip(rows, panels, strict=True):
+        _draw_panel(axes, panel)
     if len(log) > 1:
         rows[-1].set_xlim(float(log.times[0]), float(log.times[-1]))
     rows[-1].set_xlabel("seconds of servoing", color=INK, fontsize=10)
@@ -292,17 +291,12 @@ def _draw_panel(axes: "Axes", panel: Panel) -> None:
         axes.text(0.5, 0.5, "unknown", transform=axes.transAxes, ha="center", color=QUIET_INK)
     axes.set_title(f"{panel.title} [{panel.unit}]", loc="left", color=INK, fontsize=10.5)
     if panel.lines:
-        _legend(axes)
+        axes.legend(
+            loc="upper left",
+            bbox_to_anchor=(1.005, 1.03),
+            frameon=False,
+            fontsize=9,
+            handlelength=1.6,
+            labelspacing=0.25,
+        )
     dress(axes)
-
-
-def _legend(axes: "Axes") -> None:
-    """Put the names of all lines beside a panel."""
-    axes.legend(
-        loc="upper left",
-        bbox_to_anchor=(1.005, 1.03),
-        frameon=False,
-        fontsize=9,
-        handlelength=1.6,
-        labelspacing=0.25,
-    )

@@ -118,10 +118,10 @@ def write_servo_report(
 
 def _verdict(log: ServoLog, settle_s: float, ending: str | None) -> list[str]:
     """Return sentences: whether the run is good, the errors of the hand, and its main limit."""
-    rating = f"Servoing: {verdict_of(log, settle_s, ending).words}."
+    metrics = ServoMetrics.of(log, settle_s)
+    rating = f"Servoing: {verdict_of(log, metrics, ending).words}."
     if why_errors_unknown(log, settle_s) is not None:
         return [rating]
-    metrics = ServoMetrics.of(log, settle_s)
     true = metrics.accuracy
     lasted = float(log.times[-1] - log.times[0])
     held = "" if metrics.holds else " The hand was never held."  # else the rating has it

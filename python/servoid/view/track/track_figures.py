@@ -98,7 +98,7 @@ class TrackFigures:
         notices = notice_times([one for one in result.tracked if not one.is_tracked])
         if notices:
             words, times = next(iter(notices.items()))
-            yield f"The most frequent notice while it was not, {_often(times)}: {words}."
+            yield f"The most frequent notice while it was not, {_times(len(times))}: {words}."
         yield self._seen_words()
         unchecked = [] if result.overlap is None else ["the first mask was the object's"]
         if result.evolutions:
@@ -187,7 +187,7 @@ class TrackFigures:
             if angles:
                 most = "by" if len(angles) == 1 else "by at most"
                 degrees = np.degrees(max(angles))
-                parts.append(f"{_often(angles)} {most} {degrees:.1f} degrees: {cause.value}")
+                parts.append(f"{_times(len(angles))} {most} {degrees:.1f} degrees: {cause.value}")
         corrected = f"The rotation was corrected {'; '.join(parts)}" if parts else _NEVER
         drift = self.turning.drift[np.isfinite(self.turning.drift)]
         if not len(drift):
@@ -215,10 +215,6 @@ class TrackFigures:
 def _degrees(angle: float) -> str:
     """Return an angle in words, and never as 0."""
     return f"{angle:.1f} degrees" if angle >= _LEAST_DEG else f"below {_LEAST_DEG:g} degrees"
-
-
-def _often(cases: list[float]) -> str:
-    return _times(len(cases))
 
 
 def _times(count: int) -> str:

@@ -7,7 +7,7 @@ from servoid.sim.world.objects.drill import drill
 from servoid.sim.world.objects.shapes import ellipsoid, painted_ellipsoid, two_ellipsoids
 from servoid.sim.world.objects.vessels import bottle, mug, plain_bottle, plain_mug
 from servoid.sim.world.scene.visuals import Visual
-from servoid.words import suggestion
+from servoid.words import alternatives
 
 Triple = tuple[float, float, float]
 
@@ -37,10 +37,7 @@ def make_object(name: str, radii: Triple | None = None) -> tuple[Visual, ...]:
 
     """
     if name not in OBJECTS:
-        raise SimError(
-            f"unknown object '{name}'; choose one of {', '.join(OBJECTS)}"
-            + suggestion(name, OBJECTS)
-        )
+        raise SimError(f"unknown object '{name}'{alternatives(name, OBJECTS)}")
     if radii is None:
         return OBJECTS[name]()
     if name != _ELLIPSOID:

@@ -23,7 +23,7 @@ from servoid.sim.world.scene.visuals import (
     Texture,
     Visual,
 )
-from servoid.words import suggestion
+from servoid.words import alternatives
 
 _BACK, _FRONT, _SIDE, _HEIGHT = -2.7, 3.4, 2.3, 2.4  # positions of walls and ceiling, in m
 _BENCH = 0.24  # height of the bench's top under the object
@@ -61,10 +61,7 @@ def make_room(background: str, seed: int) -> tuple[Visual, ...]:
 
     """
     if background not in BACKGROUNDS:
-        raise SimError(
-            f"unknown background '{background}'; choose one of {', '.join(BACKGROUNDS)}"
-            + suggestion(background, BACKGROUNDS)
-        )
+        raise SimError(f"unknown background '{background}'{alternatives(background, BACKGROUNDS)}")
     return BACKGROUNDS[background](seed)
 
 

@@ -2,6 +2,7 @@ use crate::parallel::*;
 use wide::f64x8;
 
 use super::RenderError;
+use super::bounds::in_sight;
 use super::look::light::Lighting;
 use super::placed::Moment;
 use super::rays::{Rays, TILE_PX};
@@ -61,8 +62,8 @@ fn measure(
 ) {
     let mut some = Vec::new();
     for tile in 0..rays.tiles()[0] {
-        let Some(cone) = rays.cone_of([tile, band]) else { continue };
-        moment.in_cone(cone, &mut some);
+        let Some(directions) = rays.extent_of([tile, band]) else { continue };
+        in_sight::<f64x8>(&moment.bounds, directions, &mut some);
         if some.is_empty() {
             continue;
         }

@@ -2,11 +2,12 @@
 
 use crate::parallel::*;
 
+use super::bounds::{Extent, in_light, in_sight};
 use super::look::light::Grey;
 use super::look::shade::Lamp;
 use super::look::surface::{Seen, seen};
 use super::mesh::Hit;
-use super::placed::{Beam, Moment};
+use super::placed::Moment;
 use super::rays::{Rays, TILE_PX};
 use super::scene::{Placement, Scene};
 use super::sensor::Noise;
@@ -171,12 +172,12 @@ fn draw<L: Single>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
     for tile in 0..job.rays.tiles()[0] {
         let zero = L::of(0.0);
         let mut sums = [Vector { x: zero, y: zero, z: zero }; PACKETS];
-        if let Some(cone) = job.rays.cone_of([tile, band]) {
+        if let Some(directions) = job.rays.extent_of([tile, band]) {
             let mut listed = usize::MAX;
             for sample in 0..job.rays.per_pixel() {
                 let index = sample % job.moments.len();
                 if index != listed {
-                    job.moments[index].in_cone(cone, &mut some);
+                    in_sight::<L>(&job.moments[index].bounds, directions, &mut some);
                     listed = index;
                 }
                 let at = (sample, tile, band);
@@ -221,13 +222,13 @@ fn expose<L: Single>(
             let seen = seen(visuals, moment, ray, &hit);
             let facing = seen.normal.dot(splat(moment.toward));
             let facing = is_hit.select(facing.max(zero), zero);
-            reach.add(moment, &ray, (hit.t, facing));
+            reach.add(ray * hit.t, facing);
             work.packets.push(Packet { index, ray, hit, seen, facing });
         }
     }
     work.between.clear();
-    if let Some(beam) = reach.beam() {
-        moment.in_beam(&beam, &mut work.between);
+    if let Some(positions) = reach.extent() {
+        in_light::<L>(&moment.bounds, &positions, &mut work.between);
     }
     for packet in &work.packets {
         let sum = &mut sums[packet.index];
@@ -269,47 +270,37 @@ fn place([tile, band]: [usize; 2], packet: usize) -> (usize, usize) {
 
 /// Bounds of the positions that the lamp may reach.
 struct Reach<L> {
-    low: [L; 2],
-    high: [L; 2],
-    along: L,
+    low: Vector<L>,
+    high: Vector<L>,
 }
 
 impl<L: Single> Reach<L> {
     #[inline(always)]
     fn new() -> Self {
         let far = L::of(f64::INFINITY);
-        Self { low: [far; 2], high: [-far; 2], along: far }
+        let low = Vector { x: far, y: far, z: far };
+        Self { low, high: -low }
     }
 
     #[inline(always)]
-    fn add(&mut self, moment: &Moment<f32>, ray: &Vector<L>, (t, facing): (L, L)) {
+    fn add(&mut self, place: Vector<L>, facing: L) {
         let is_lit = L::of(0.0).less(facing);
-        let far = L::of(f64::INFINITY);
-        for axis in 0..2 {
-            let across = ray.dot(splat(moment.across[axis])) * t;
-            self.low[axis] = is_lit.select(across, far).min(self.low[axis]);
-            self.high[axis] = is_lit.select(across, -far).max(self.high[axis]);
-        }
-        let along = ray.dot(splat(moment.toward)) * t;
-        self.along = is_lit.select(along, far).min(self.along);
+        let include = |low: &mut L, high: &mut L, x: L| {
+            *low = is_lit.select(x, *low).min(*low);
+            *high = is_lit.select(x, *high).max(*high);
+        };
+        include(&mut self.low.x, &mut self.high.x, place.x);
+        include(&mut self.low.y, &mut self.high.y, place.y);
+        include(&mut self.low.z, &mut self.high.z, place.z);
     }
 
-    /// Returns a beam around them, with a margin for the offset from the surface.
+    /// Returns their range, with a margin for the offset from the surface; `None` if there are
+    /// none.
     #[inline(always)]
-    fn beam(&self) -> Option<Beam> {
-        let along = least(self.along);
-        if along == f32::INFINITY {
-            return None;
-        }
-        let low = [least(self.low[0]), least(self.low[1])];
-        let high = [-least(-self.high[0]), -least(-self.high[1])];
-        let size = low.iter().chain(&high).fold(along.abs(), |a, b| a.max(b.abs()));
-        let margin = 2.0 * LIFT * f64::from(size);
-        Some(Beam {
-            low: low.map(|x| f64::from(x) - margin),
-            high: high.map(|x| f64::from(x) + margin),
-            along: f64::from(along) - margin,
-        })
+    fn extent(&self) -> Option<Extent<f32>> {
+        let low = [self.low.x, self.low.y, self.low.z].map(|x| f64::from(least(x)));
+        let high = [self.high.x, self.high.y, self.high.z].map(|x| -f64::from(least(-x)));
+        (low[0] <= high[0]).then(|| Extent::new(low, high, 2.0 * LIFT))
     }
 }
 

@@ -108,7 +108,8 @@ impl Mesh {
         })
     }
 
-    pub fn ball(&self) -> ([f64; 3], f64) {
+    /// Returns middle and half sizes of a box around it.
+    pub fn bounds(&self) -> ([f64; 3], [f64; 3]) {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for corner in self.triangles.iter().flatten() {
             for axis in 0..3 {
@@ -116,12 +117,10 @@ impl Mesh {
                 high[axis] = high[axis].max(f64::from(corner[axis]));
             }
         }
-        let center: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
-        let far = |corner: &[f32; 3]| {
-            (0..3).map(|i| (f64::from(corner[i]) - center[i]).powi(2)).sum::<f64>()
-        };
-        let radius = self.triangles.iter().flatten().map(far).fold(0.0, f64::max).sqrt();
-        (center, radius)
+        (
+            std::array::from_fn(|i| 0.5 * (low[i] + high[i])),
+            std::array::from_fn(|i| 0.5 * (high[i] - low[i])),
+        )
     }
 
     pub fn corners(&self, triangle: usize) -> &Corners {

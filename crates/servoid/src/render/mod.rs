@@ -3,6 +3,7 @@
 //! A [`Scene`] contains visuals; their poses are given for each image, at one moment or at several
 //! moments of one exposure. Images are the same, bit for bit, on any number of threads.
 
+mod bounds;
 mod depth;
 mod draw;
 mod look;

@@ -2,12 +2,10 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::parallel::*;
-use nalgebra::Vector3;
-
-use super::placed::Cone;
+use super::bounds::Extent;
 use super::vector::Vector;
 use crate::camera::{Distortion, Lens};
+use crate::parallel::*;
 use crate::simd::{EIGHT, RayLanes, Scalar};
 
 /// Size of a tile in pixels, across and down.
@@ -31,7 +29,8 @@ pub(super) struct Rays<S> {
     step: [S; 2],
     /// 0 to 7.
     columns: [S; EIGHT],
-    cones: Vec<Option<Cone>>,
+    /// The directions of each tile's rays; `None` where the lens sees nothing.
+    extents: Vec<Option<Extent<S>>>,
 }
 
 /// Returns the positions of samples in a pixel: one in each of as many rows and columns.
@@ -87,12 +86,12 @@ impl<S: Scalar> Rays<S> {
             first: first.collect(),
             step: [S::of(1.0 / fx), S::of(1.0 / fy)],
             columns: std::array::from_fn(|i| S::of(i as f64)),
-            cones: Vec::new(),
+            extents: Vec::new(),
         };
         let [across, down] = rays.tiles();
-        rays.cones = (0..across * down)
+        rays.extents = (0..across * down)
             .into_par_iter()
-            .map(|tile| rays.cone([tile % across, tile / across]))
+            .map(|tile| rays.extent([tile % across, tile / across]))
             .collect();
         rays
     }
@@ -108,9 +107,9 @@ impl<S: Scalar> Rays<S> {
         self.first.len()
     }
 
-    /// Returns a cone around all rays of a tile; `None` if the lens sees nothing there.
-    pub fn cone_of(&self, [across, down]: [usize; 2]) -> Option<&Cone> {
-        self.cones[down * self.tiles()[0] + across].as_ref()
+    /// Returns the directions of all rays of a tile; `None` if the lens sees nothing there.
+    pub fn extent_of(&self, [across, down]: [usize; 2]) -> Option<&Extent<S>> {
+        self.extents[down * self.tiles()[0] + across].as_ref()
     }
 
     /// Returns the directions of eight pixels of a row.
@@ -130,33 +129,35 @@ impl<S: Scalar> Rays<S> {
         }
     }
 
-    fn cone(&self, [across, down]: [usize; 2]) -> Option<Cone> {
+    fn extent(&self, [across, down]: [usize; 2]) -> Option<Extent<S>> {
         let directions = self.directions(across * TILE_PX[0], down * TILE_PX[1]);
-        let sum: Vector3<f64> = directions.iter().sum();
-        let axis = sum.try_normalize(0.0)?;
-        let cosine = directions.iter().map(|d| d.dot(&axis)).fold(1.0, f64::min);
-        // Slightly larger, to allow for rounding.
-        let angle = libm::acos(cosine) + 1e-5;
-        Some(Cone { axis, cosine: libm::cos(angle), sine: libm::sin(angle) })
+        let (mut low, mut high) = (*directions.first()?, *directions.first()?);
+        for direction in &directions {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(direction[axis]);
+                high[axis] = high[axis].max(direction[axis]);
+            }
+        }
+        Some(Extent::of_directions(low, high))
     }
 
-    /// Returns the unit directions that bound a tile.
-    fn directions(&self, u: usize, v: usize) -> Vec<Vector3<f64>> {
+    /// Returns directions of a tile's rays, between which all others lie.
+    fn directions(&self, u: usize, v: usize) -> Vec<[f64; 3]> {
         let [width, height] = self.lens.camera().size_px();
         let (right, bottom) = ((u + TILE_PX[0]).min(width), (v + TILE_PX[1]).min(height));
         if self.table.is_empty() {
-            let (u, v) = (u as f64 - 0.5, v as f64 - 0.5);
-            let (right, bottom) = (right as f64 - 0.5, bottom as f64 - 0.5);
-            let corners = [[u, v], [right, v], [u, bottom], [right, bottom]];
-            return corners.iter().filter_map(|&corner| self.lens.ray(corner)).collect();
+            let ([fx, fy], [cx, cy]) =
+                (self.lens.camera().focal_px(), self.lens.camera().center_px());
+            let at =
+                |u: usize, v: usize| [(u as f64 - 0.5 - cx) / fx, (v as f64 - 0.5 - cy) / fy, 1.0];
+            return vec![at(u, v), at(right, bottom)];
         }
         let mut out = Vec::new();
         for [x, y, z] in &self.table {
             for row in v..bottom {
                 let (from, to) = (row * self.pitch + u, row * self.pitch + right);
-                let part = |plane: &Vec<S>, i: usize| plane[i].to_f64();
-                let all = (from..to).map(|i| Vector3::new(part(x, i), part(y, i), part(z, i)));
-                out.extend(all.filter(|d| !d.x.is_nan()));
+                let all = (from..to).map(|i| [x[i].to_f64(), y[i].to_f64(), z[i].to_f64()]);
+                out.extend(all.filter(|d| !d[0].is_nan()));
             }
         }
         out

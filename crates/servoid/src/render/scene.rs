@@ -26,8 +26,8 @@ pub(super) struct Kept {
 pub(super) struct Visual {
     pub shape: Shape,
     pub paint: Paint,
-    /// Centre and radius of a bounding ball, in its own frame.
-    pub ball: ([f64; 3], f64),
+    /// Middle and half sizes of a box around it, in its own frame, with a margin for rounding.
+    pub bounds: ([f64; 3], [f64; 3]),
 }
 
 /// Poses of a lens and of the visuals of a scene during one exposure.
@@ -126,8 +126,8 @@ impl Scene {
     }
 
     fn add(&mut self, shape: Shape, paint: Paint) -> usize {
-        let ball = shape.ball();
-        self.visuals.push(Visual { shape, paint, ball });
+        let bounds = shape.bounds();
+        self.visuals.push(Visual { shape, paint, bounds });
         self.visuals.len() - 1
     }
 }

@@ -29,17 +29,19 @@ impl Shape {
         }
     }
 
-    /// Returns centre and radius of a bounding ball, in its own frame.
-    pub fn ball(&self) -> ([f64; 3], f64) {
-        let radius = match self {
-            Self::Ellipsoid { radii } => radii.iter().copied().fold(0.0, f64::max),
-            Self::Capsule { radius, half_length } => radius + half_length,
-            Self::Cylinder { radius, half_length } => libm::hypot(*radius, *half_length),
-            Self::Box { half_size: [x, y, z] } => libm::hypot(libm::hypot(*x, *y), *z),
-            Self::Plane { half_size: [x, y] } => libm::hypot(*x, *y),
-            Self::Mesh(mesh) => return mesh.ball(),
+    /// Returns middle and half sizes of a box around it, in its own frame, with a margin for
+    /// rounding.
+    pub fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        let (middle, half) = match *self {
+            Self::Ellipsoid { radii } => ([0.0; 3], radii),
+            Self::Capsule { radius: r, half_length } => ([0.0; 3], [r, r, r + half_length]),
+            Self::Cylinder { radius: r, half_length } => ([0.0; 3], [r, r, half_length]),
+            Self::Box { half_size } => ([0.0; 3], half_size),
+            Self::Plane { half_size: [x, y] } => ([0.0; 3], [x, y, 0.0]),
+            Self::Mesh(ref mesh) => mesh.bounds(),
         };
-        ([0.0; 3], radius)
+        let longest = half.iter().copied().fold(0.0, f64::max);
+        (middle, half.map(|x| x + 1e-5 * longest + 1e-6))
     }
 }
 

@@ -6,7 +6,6 @@ use super::bounds::{Extent, in_light, in_sight};
 use super::look::light::Grey;
 use super::look::shade::Lamp;
 use super::look::surface::{Seen, seen};
-use super::mesh::Hit;
 use super::placed::Moment;
 use super::rays::{Rays, TILE_PX};
 use super::scene::{Placement, Scene};
@@ -124,10 +123,12 @@ pub(super) fn with_threads<T: Send>(
 }
 
 /// Eight rays of a tile, from the lens to what they hit.
+#[derive(Clone, Copy)]
 struct Packet<L> {
     index: usize,
     ray: Vector<L>,
-    hit: Hit<L>,
+    /// Multiple of the ray at the hit; 0 without one.
+    t: L,
     seen: Seen<L>,
     /// How much the surface faces the lamp.
     facing: L,
@@ -135,14 +136,19 @@ struct Packet<L> {
 
 /// Reused memory for one ray in each pixel of a tile.
 struct Work<L> {
-    packets: Vec<Packet<L>>,
+    packets: [Packet<L>; PACKETS],
     /// Visuals that may lie between a surface and the lamp.
     between: Vec<usize>,
 }
 
-impl<L> Work<L> {
+impl<L: Single> Work<L> {
+    #[inline(always)]
     fn new() -> Self {
-        Self { packets: Vec::with_capacity(PACKETS), between: Vec::new() }
+        let zero = L::of(0.0);
+        let none = Vector { x: zero, y: zero, z: zero };
+        let seen = Seen { normal: none, albedo: none, gloss: zero };
+        let packet = Packet { index: 0, ray: none, t: zero, seen, facing: zero };
+        Self { packets: [packet; PACKETS], between: Vec::new() }
     }
 }
 
@@ -199,7 +205,7 @@ fn expose<L: Single>(
     let moment = &job.moments[sample % job.moments.len()];
     let visuals = &job.scene.visuals;
     let mut reach = Reach::<L>::new();
-    work.packets.clear();
+    let mut count = 0;
     for (index, sum) in sums.iter_mut().enumerate() {
         let (u, v) = place([tile, band], index);
         if u >= job.size_px[0] || v >= job.size_px[1] {
@@ -223,14 +229,16 @@ fn expose<L: Single>(
             let facing = seen.normal.dot(splat(moment.toward));
             let facing = is_hit.select(facing.max(zero), zero);
             reach.add(ray * hit.t, facing);
-            work.packets.push(Packet { index, ray, hit, seen, facing });
+            let t = is_hit.select(hit.t, zero);
+            work.packets[count] = Packet { index, ray, t, seen, facing };
+            count += 1;
         }
     }
     work.between.clear();
     if let Some(positions) = reach.extent() {
         in_light::<L>(&moment.bounds, &positions, &mut work.between);
     }
-    for packet in &work.packets {
+    for packet in &work.packets[..count] {
         let sum = &mut sums[packet.index];
         *sum = *sum + light(job, moment, &work.between, packet);
     }
@@ -245,18 +253,16 @@ fn light<L: Single>(
     packet: &Packet<L>,
 ) -> Vector<L> {
     let zero = L::of(0.0);
-    let Packet { ray, hit, seen, facing, .. } = packet;
-    let is_hit = zero.at_most(hit.visual);
-    let t = is_hit.select(hit.t, zero);
+    let Packet { ray, t, seen, facing, .. } = packet;
     let open = zero.less(*facing);
     let mut dark = zero.less(zero);
     if open.bits() != 0 && !between.is_empty() {
         // Slightly off the surface, so that it does not shade itself because of rounding.
-        let place = *ray * t + seen.normal * (t * L::of(LIFT));
+        let place = *ray * *t + seen.normal * (*t * L::of(LIFT));
         dark = shaded(&job.scene.visuals, moment, between, (place, open));
     }
     let light = job.lamp.shine(moment, (*ray, seen), (*facing, dark));
-    Vector::select(is_hit, light, Vector { x: zero, y: zero, z: zero })
+    Vector::select(zero.less(*t), light, Vector { x: zero, y: zero, z: zero })
 }
 
 /// Offset from a surface at which shadow rays start, as a share of the distance.

@@ -52,22 +52,22 @@ impl Texture {
     pub(in crate::render) fn at<L: Single>(&self, [u, v]: [L; 2], lanes: u32) -> Vector<L> {
         let (left, across) = split(u, self.size[0]);
         let (top, down) = split(v, self.size[1]);
-        let mut parts = [[0.0; EIGHT]; 3];
-        for lane in (0..EIGHT).filter(|lane| lanes >> lane & 1 == 1) {
+        // Rays that are not in `lanes` read the first pixel: a branch would cost more.
+        let colors: [[f32; 4]; EIGHT] = std::array::from_fn(|lane| {
             let at = top[lane] as usize * self.pitch + left[lane] as usize;
+            let at = if lanes >> lane & 1 == 1 { at } else { 0 };
             let (Some([a, b, ..]), Some([c, d, ..])) = (
                 self.texels.get(at..at + 2),
                 self.texels.get(at + self.pitch..at + self.pitch + 2),
             ) else {
-                continue;
+                return [0.0; 4];
             };
             let (x, y) = (f32x4::splat(across[lane]), f32x4::splat(down[lane]));
             let (above, below) = (*a + (*b - *a) * x, *c + (*d - *c) * x);
-            let [r, g, b, _] = (above + (below - above) * y).to_array();
-            (parts[0][lane], parts[1][lane], parts[2][lane]) = (r, g, b);
-        }
-        let [x, y, z] = parts;
-        Vector { x: L::read(x), y: L::read(y), z: L::read(z) }
+            (above + (below - above) * y).to_array()
+        });
+        let part = |channel: usize| L::read(std::array::from_fn(|lane| colors[lane][channel]));
+        Vector { x: part(0), y: part(1), z: part(2) }
     }
 }
 

@@ -176,6 +176,7 @@ fn mix<const K: usize>(
 }
 
 /// Surface properties at the hits of eight rays: for each, those of its visual.
+#[derive(Clone, Copy)]
 pub(in crate::render) struct Seen<L> {
     /// In the lens's frame, towards the lens.
     pub normal: Vector<L>,

@@ -152,8 +152,8 @@ impl Tracker {
     /// Returns the object's appearance, as far as it was learned.
     #[must_use]
     pub fn appearance(&self) -> Appearance {
-        let points =
-            self.target.points.features.iter().map(|feature| (feature.point, feature.variance));
+        let points = self.target.points.features.iter().filter(|feature| !feature.is_edgel);
+        let points = points.map(|feature| (feature.point, feature.variance));
         let (grey, colors) = self.target.colors.object_shares();
         Appearance {
             points: points.collect(),

@@ -68,7 +68,8 @@ impl Tracker {
         self.compare_depths(observation, &world_from_object);
         self.points_in_view(&world_from_object);
         if self.settings.surface {
-            let all = DetectionPlan { from: 0, cells: usize::MAX, tries: usize::MAX, masks };
+            let (cells, tries) = (usize::MAX, usize::MAX);
+            let all = DetectionPlan { from: 0, cells, tries, edgels: false, masks };
             self.detect_points(observation, &world_from_object, &all);
             self.points_in_view(&world_from_object);
         }

@@ -37,7 +37,9 @@ pub(crate) fn align(inputs: &Inputs<'_>, pose: &Pose, in_view: &[InView]) -> Opt
         let side = 2 * reach + 1;
         votes.clear();
         votes.resize(side * side, 0.0);
-        let own = || in_view.iter().filter(|view| view.camera == camera);
+        let counts =
+            |view: &&InView| view.camera == camera && !inputs.points.features[view.point].is_edgel;
+        let own = || in_view.iter().filter(counts);
         for view in own().step_by(own().count().div_ceil(VOTERS).max(1)) {
             let point = inputs.points.features[view.point].template(view.template);
             point.correlations(&projection, &window.pyramid, (LEVEL, reach), |at, found| {

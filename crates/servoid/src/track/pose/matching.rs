@@ -55,6 +55,7 @@ pub(crate) fn match_points(
                 at,
                 moved,
                 turns: false,
+                is_edgel: known.is_edgel,
             });
         }
     }

@@ -130,7 +130,7 @@ impl Points {
         let mut out = Self::default();
         let weakest = WeakestTurn::of(&found.normal.outline.0, inputs.solid.radius);
         let brightness = brightness(&workspace.matches);
-        for one in &mut workspace.matches {
+        for one in workspace.matches.iter_mut().filter(|one| !one.is_edgel) {
             let feature = &inputs.points.features[one.view.point];
             let window = &inputs.windows[one.view.camera];
             let agreement = one.agreement;

@@ -153,7 +153,7 @@ impl Tracker {
         let Workspace { visible, in_view, .. } = &mut self.workspace;
         visible.retain(|view| {
             let feature = &features[view.point];
-            feature.drift_variance <= most && !feature.slides
+            feature.drift_variance <= most && !feature.slides && !feature.is_edgel
         });
         in_view.clear();
         for of_camera in visible.chunk_by(|one, other| one.camera == other.camera) {

@@ -18,6 +18,9 @@ pub(crate) struct Feature {
     /// Variance of the object's orientation since the first image when the point was detected, in
     /// square radians: it constrains the orientation no better.
     pub(crate) drift_variance: f64,
+    /// Whether it is an edgel, a place on an edge: it shows motions across the edge only, and looks
+    /// like its neighbours along it, so that it tells nothing of what is seen where.
+    pub(crate) is_edgel: bool,
     /// Whether its distance came from the body alone when it was detected.
     pub(crate) is_from_body: bool,
     /// Whether its distance is estimated from motion alone.
@@ -44,6 +47,7 @@ impl Feature {
             origin,
             variance,
             drift_variance: 0.0,
+            is_edgel: false,
             is_from_body: false,
             is_from_motion: false,
             slides: false,

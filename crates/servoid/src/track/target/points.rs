@@ -32,12 +32,15 @@ pub(crate) struct Match {
     pub(crate) moved: f64,
     /// Whether it shows the rotation that the outline shows least, by more than shading.
     pub(crate) turns: bool,
+    /// Whether its point is an edgel.
+    pub(crate) is_edgel: bool,
 }
 
 impl Match {
-    /// Returns whether the image shows the point.
+    /// Returns whether the image shows the point; an edgel is never told from its neighbours.
     pub(crate) fn is_recognised(&self) -> bool {
-        self.agreement.is_some_and(|agreement| agreement.correlation >= RECOGNISED)
+        let agrees = |found: &Agreement| found.correlation >= RECOGNISED;
+        !self.is_edgel && self.agreement.as_ref().is_some_and(agrees)
     }
 }
 

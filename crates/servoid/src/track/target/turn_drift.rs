@@ -97,7 +97,8 @@ mod tests {
         };
         let view = InView { point, camera: 0, template: 0 };
         let (agreement, pixel) = (Some(agreement), None);
-        Match { view, agreement, level: 0, pixel, at: point, moved: 0.0, turns }
+        let is_edgel = false;
+        Match { view, agreement, level: 0, pixel, at: point, moved: 0.0, turns, is_edgel }
     }
 
     #[test]

@@ -22,6 +22,8 @@ const FINEST: f64 = 0.5;
 const CELL: f64 = 10.0;
 /// Least value of the smaller eigenvalue of the gradients' covariance at a corner.
 const LEAST_CORNER: f32 = 3.0;
+/// Least value of the larger one on an edge.
+const LEAST_EDGE: f32 = 30.0;
 /// Range of distances in which a point is sought, as a share of the body's radius.
 const REACH: f64 = 0.35;
 /// Least correlation between two cameras' images of a new point.
@@ -46,6 +48,8 @@ pub(crate) struct DetectionPlan<'a> {
     pub(crate) cells: usize,
     /// Most positions per window that are examined closely.
     pub(crate) tries: usize,
+    /// Whether a cell without a corner is searched for an edge.
+    pub(crate) edgels: bool,
     /// Masks of the object, one entry per camera, or empty.
     pub(crate) masks: &'a [Option<Mask<'a>>],
 }
@@ -73,11 +77,16 @@ pub(crate) fn detect(
         let Some(grain) = grain(inputs, &projection) else { continue };
         rims.read(inputs.solid, &projection);
         let known = (taken, &*rims, occlusion);
-        let corners = corners(inputs, (camera, &projection), known, (plan, grain), cells);
-        for pixel in corners.take(plan.tries) {
+        let spots = spots(inputs, (camera, &projection), known, (plan, grain), cells);
+        for Spot { pixel, is_edge } in spots.take(plan.tries) {
             let reach = rims.margin(&pixel);
             let scale = (grain, reach);
-            out.extend(point_at(inputs, (camera, &projection, &eye), pose, pixel, scale));
+            let found = point_at(inputs, (camera, &projection, &eye), pose, pixel, scale);
+            // The distance of an edgel must be measured: motion tells too little of it.
+            if let Some(mut found) = found.filter(|found| !is_edge || !found.is_from_body) {
+                found.is_edgel = is_edge;
+                out.push(found);
+            }
         }
     }
 }
@@ -88,15 +97,15 @@ pub(crate) fn grain(inputs: &Inputs<'_>, projection: &Projection) -> Option<f64>
     Some((inputs.solid.radius * by_place.row(0).norm() / FULL_PX).clamp(FINEST, 1.0))
 }
 
-/// Returns corners on the object in a camera's image, each in a free cell among those to be
-/// visited.
-fn corners<'a>(
+/// Returns corners on the object in a camera's image, and places on edges if these are sought, each
+/// in a free cell among those to be visited.
+fn spots<'a>(
     inputs: &'a Inputs<'_>,
     (camera, projection): (usize, &'a Projection),
     (taken, outline, occlusion): (&'a [InView], &'a Rims, &'a Occlusion),
     (plan, grain): (&'a DetectionPlan<'_>, f64),
     cells: &'a mut Cells,
-) -> impl Iterator<Item = Vector2<f64>> + 'a {
+) -> impl Iterator<Item = Spot> + 'a {
     let pyramid = &inputs.windows[camera].pyramid;
     let first = Vector2::from(pyramid.first_px().map(|x| x as f64));
     let plane = pyramid.plane(0);
@@ -125,8 +134,10 @@ fn corners<'a>(
         if occlusion.hides(camera, &center) > 0.0 || taken.iter().any(near) {
             return None;
         }
-        let pixel = first + Vector2::from(best_corner(plane, first_px(cell), grain)?);
-        is_object(inputs, (camera, mask), &pixel, grain).then_some(pixel)
+        let found = best_spot(plane, first_px(cell), grain)?;
+        let spot = Spot { pixel: first + found.pixel, ..found };
+        let counts = plan.edgels || !spot.is_edge;
+        (counts && is_object(inputs, (camera, mask), &spot.pixel, grain)).then_some(spot)
     })
 }
 
@@ -170,10 +181,19 @@ fn is_within(
     })
 }
 
+/// A position at which a point may be detected: at a corner or on an edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Spot {
+    pixel: Vector2<f64>,
+    is_edge: bool,
+}
+
 /// Returns the position in a cell around which the image changes most in the direction of least
-/// change.
-fn best_corner(plane: &Plane, [left, top]: [usize; 2], grain: f64) -> Option<[f64; 2]> {
-    let mut best = (LEAST_CORNER, None);
+/// change or, if there is no corner, in that of most change.
+fn best_spot(plane: &Plane, [left, top]: [usize; 2], grain: f64) -> Option<Spot> {
+    let (mut corner, mut edge) = ((LEAST_CORNER, None), (LEAST_EDGE, None));
+    let spot =
+        |[u, v]: [usize; 2], is_edge| Spot { pixel: Vector2::new(u as f64, v as f64), is_edge };
     for at in 0..9 {
         let place = |step: usize| ((2 + 3 * step) as f64 * grain).round() as usize;
         let (u, v) = (left + place(at % 3), top + place(at / 3));
@@ -193,12 +213,14 @@ fn best_corner(plane: &Plane, [left, top]: [usize; 2], grain: f64) -> Option<[f6
         // A constant gradient is shading: only deviations from it are a pattern.
         let (xx, xy, yy) = (xx - x * x / 16.0, xy - x * y / 16.0, yy - y * y / 16.0);
         let (half, apart) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-        let least = (half - (apart * apart + xy * xy).sqrt()) / 16.0;
-        if least > best.0 {
-            best = (least, Some([u as f64, v as f64]));
+        let apart = (apart * apart + xy * xy).sqrt();
+        for (best, found) in [(&mut corner, half - apart), (&mut edge, half + apart)] {
+            if found / 16.0 > best.0 {
+                *best = (found / 16.0, Some([u, v]));
+            }
         }
     }
-    best.1
+    corner.1.map(|place| spot(place, false)).or(edge.1.map(|place| spot(place, true)))
 }
 
 /// Makes the surface point that a camera sees at a pixel, at the distance at which the other
@@ -306,7 +328,7 @@ mod tests {
 
     const SIDE: usize = 24;
 
-    fn corner(grain: f64, brightness: impl Fn(f64, f64) -> f64) -> Option<[f64; 2]> {
+    fn spot(grain: f64, brightness: impl Fn(f64, f64) -> f64) -> Option<Spot> {
         let middle = 0.5 * SIDE as f64;
         let at = |n: usize| (n as f64 - middle) / grain;
         let pixel = |i: usize| brightness(at(i % SIDE), at(i / SIDE));
@@ -314,16 +336,18 @@ mod tests {
         let image = ImageView::new(&pixels, [SIDE; 2], Channels::Grey).unwrap();
         let mut pyramid = Pyramid::default();
         pyramid.read(&image, [0; 2], [SIDE; 2]);
-        best_corner(pyramid.plane(0), [(middle - 5.0 * grain) as usize; 2], grain)
+        best_spot(pyramid.plane(0), [(middle - 5.0 * grain) as usize; 2], grain)
     }
 
     #[test]
-    fn a_ridge_that_grows_brighter_along_itself_is_no_corner_and_a_spot_is_one_of_any_size() {
+    fn a_ridge_that_grows_brighter_along_itself_is_an_edge_and_a_spot_is_a_corner_of_any_size() {
         let ridge = |u: f64, v: f64| 100.0 + 5.0 * v + 60.0 * libm::exp(-0.08 * u * u);
-        let spot = |u: f64, v: f64| 100.0 + 60.0 * libm::exp(-0.08 * (u * u + v * v));
+        let slope = |u: f64, v: f64| 100.0 + 5.0 * v + 6.0 * u;
+        let blob = |u: f64, v: f64| 100.0 + 60.0 * libm::exp(-0.08 * (u * u + v * v));
         for grain in [1.0, 0.8, FINEST] {
-            assert_eq!(corner(grain, ridge), None);
-            assert!(corner(grain, spot).is_some());
+            assert!(spot(grain, ridge).unwrap().is_edge);
+            assert!(!spot(grain, blob).unwrap().is_edge);
+            assert_eq!(spot(grain, slope), None, "even shading is neither");
         }
     }
 }

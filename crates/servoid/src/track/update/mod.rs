@@ -1,6 +1,8 @@
 //! Updates the target by an image in which it is tracked.
 
 pub(super) mod detect;
+#[cfg(test)]
+mod edgels;
 pub(super) mod growth;
 pub(super) mod templates;
 
@@ -21,7 +23,7 @@ use crate::pose::Pose;
 const CELLS: usize = 40;
 /// Candidate positions per window that are examined closely.
 const TRIES: usize = 6;
-/// Points in view per camera below which more are sought.
+/// Points in view per camera below which more are sought, and edgels where there are no corners.
 const FEW_IN_VIEW: usize = 40;
 /// Weight of the newest image in the colour statistics.
 const COLOR_RATE: f32 = 0.15;
@@ -69,7 +71,9 @@ impl Tracker {
             self.target.points.refine(&self.workspace.matches, self.target.solid.radius);
             let few = self.workspace.in_view.len() < FEW_IN_VIEW * self.frame.open();
             let (cells, tries) = if few { (2 * CELLS, 2 * TRIES) } else { (CELLS, TRIES) };
-            let plan = DetectionPlan { from: self.cell, cells, tries, masks: &[] };
+            let measures = self.frame.open() > 1 || observation.depths.iter().any(Option::is_some);
+            let edgels = few && measures;
+            let plan = DetectionPlan { from: self.cell, cells, tries, edgels, masks: &[] };
             self.cell = self.cell.wrapping_add(cells);
             self.detect_points(observation, &hypothesis.pose, &plan);
             self.add_templates(observation, &hypothesis.pose);

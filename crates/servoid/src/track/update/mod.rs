@@ -72,7 +72,8 @@ impl Tracker {
             let few = self.workspace.in_view.len() < FEW_IN_VIEW * self.frame.open();
             let (cells, tries) = if few { (2 * CELLS, 2 * TRIES) } else { (CELLS, TRIES) };
             let measures = self.frame.open() > 1 || observation.depths.iter().any(Option::is_some);
-            let edgels = few && measures;
+            // The edges of a plain object are rims and creases, which may slide over it.
+            let edgels = few && measures && !self.is_plain();
             let plan = DetectionPlan { from: self.cell, cells, tries, edgels, masks: &[] };
             self.cell = self.cell.wrapping_add(cells);
             self.detect_points(observation, &hypothesis.pose, &plan);

@@ -972,8 +972,8 @@ class Tracker:
         """The body at its latest pose."""
     @property
     def surface(self) -> tuple[_Points, _Points, NDArray[np.uint8]]:
-        """The surface points: (N, 3) float64 in metres and their normals (N, 3) float64, in the
-        object's frame, and their colours (N, 3) uint8.
+        """The surface points, edgels included: (N, 3) float64 in metres and their normals (N, 3)
+        float64, in the object's frame, and their colours (N, 3) uint8.
         """
 
 def fit_body(

@@ -5,17 +5,17 @@ use super::scene::Visual;
 use super::vector::{Vector, splat};
 use crate::simd::{EIGHT, RayLanes, Scalar};
 
-/// What rounding may add to a ray's slope; far more than it does.
+/// What rounding may add to a direction, as a share of its largest coordinate; far more than it does.
 const SLACK: f64 = 1e-4;
 
 /// A range in each axis of the lens's frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Extent<S> {
+pub(super) struct Spread<S> {
     middle: [S; 3],
     half: [S; 3],
 }
 
-impl<S: Scalar> Extent<S> {
+impl<S: Scalar> Spread<S> {
     /// Makes the range between corners, and `margin` times the farthest coordinate beyond them.
     pub fn new(low: [f64; 3], high: [f64; 3], margin: f64) -> Self {
         let farthest = low.iter().chain(&high).fold(0.0, |far: f64, x| far.max(x.abs()));
@@ -32,14 +32,14 @@ impl<S: Scalar> Extent<S> {
 
     /// Returns the range along eight axes of unit length.
     #[inline(always)]
-    fn along<L: RayLanes<Scalar = S>>(&self, axes: Vector<L>) -> Range<L> {
+    fn along<L: RayLanes<Scalar = S>>(&self, axes: Vector<L>) -> Interval<L> {
         let sizes = Vector { x: axes.x.abs(), y: axes.y.abs(), z: axes.z.abs() };
         let (middle, half) = (splat::<L>(self.middle).dot(axes), splat::<L>(self.half).dot(sizes));
-        Range { low: middle - half, high: middle + half }
+        Interval { low: middle - half, high: middle + half }
     }
 }
 
-struct Range<L> {
+struct Interval<L> {
     low: L,
     high: L,
 }
@@ -92,12 +92,12 @@ impl<S: Scalar> Bounds<S> {
 #[inline(always)]
 pub(super) fn in_sight<L: RayLanes>(
     bounds: &[Bounds<L::Scalar>],
-    directions: &Extent<L::Scalar>,
+    directions: &Spread<L::Scalar>,
     into: &mut Vec<usize>,
 ) {
     list::<L>(bounds, into, |eight, axis| {
         let lens = L::read(eight.lens[axis]);
-        (Range { low: lens, high: lens }, directions.along(read(&eight.visual_from_lens[axis])))
+        (Interval { low: lens, high: lens }, directions.along(read(&eight.visual_from_lens[axis])))
     });
 }
 
@@ -105,17 +105,17 @@ pub(super) fn in_sight<L: RayLanes>(
 #[inline(always)]
 pub(super) fn in_light<L: RayLanes>(
     bounds: &[Bounds<L::Scalar>],
-    positions: &Extent<L::Scalar>,
+    positions: &Spread<L::Scalar>,
     into: &mut Vec<usize>,
 ) {
     let slack = L::of(SLACK);
     list::<L>(bounds, into, |eight, axis| {
         let lens = L::read(eight.lens[axis]);
-        let Range { low, high } = positions.along(read(&eight.visual_from_lens[axis]));
+        let Interval { low, high } = positions.along(read(&eight.visual_from_lens[axis]));
         let toward = L::read(eight.toward[axis]);
         (
-            Range { low: lens + low, high: lens + high },
-            Range { low: toward - slack, high: toward + slack },
+            Interval { low: lens + low, high: lens + high },
+            Interval { low: toward - slack, high: toward + slack },
         )
     });
 }
@@ -131,7 +131,7 @@ fn read<L: RayLanes>([x, y, z]: &[[L::Scalar; EIGHT]; 3]) -> Vector<L> {
 fn list<L: RayLanes>(
     bounds: &[Bounds<L::Scalar>],
     into: &mut Vec<usize>,
-    rays: impl Fn(&Bounds<L::Scalar>, usize) -> (Range<L>, Range<L>),
+    rays: impl Fn(&Bounds<L::Scalar>, usize) -> (Interval<L>, Interval<L>),
 ) {
     let zero = L::of(0.0);
     into.clear();
@@ -206,7 +206,7 @@ mod tests {
         rays: &Rays<f32>,
         tile: [usize; 2],
     ) -> usize {
-        let Some(directions) = rays.extent_of(tile) else { return 0 };
+        let Some(directions) = rays.spread_of(tile) else { return 0 };
         let all: Vec<usize> = (0..VISUALS).collect();
         let (mut some, mut between) = (Vec::new(), Vec::new());
         in_sight::<L>(&moment.bounds, directions, &mut some);
@@ -222,7 +222,7 @@ mod tests {
                 let places = [place.x.write(), place.y.write(), place.z.write()];
                 let least = places.map(|x| x.into_iter().fold(f32::INFINITY, f32::min).into());
                 let most = places.map(|x| x.into_iter().fold(f32::NEG_INFINITY, f32::max).into());
-                in_light::<L>(&moment.bounds, &Extent::new(least, most, 2e-4), &mut between);
+                in_light::<L>(&moment.bounds, &Spread::new(least, most, 2e-4), &mut between);
                 let dark = shaded(&scene.visuals, moment, &all, (place, is_hit));
                 let found = shaded(&scene.visuals, moment, &between, (place, is_hit));
                 assert_eq!(dark.bits(), found.bits());

@@ -62,7 +62,7 @@ fn measure(
 ) {
     let mut some = Vec::new();
     for tile in 0..rays.tiles()[0] {
-        let Some(directions) = rays.extent_of([tile, band]) else { continue };
+        let Some(directions) = rays.spread_of([tile, band]) else { continue };
         in_sight::<f64x8>(&moment.bounds, directions, &mut some);
         if some.is_empty() {
             continue;

@@ -2,7 +2,7 @@
 
 use crate::parallel::*;
 
-use super::bounds::{Extent, in_light, in_sight};
+use super::bounds::{Spread, in_light, in_sight};
 use super::look::light::Grey;
 use super::look::shade::Lamp;
 use super::look::surface::{Seen, seen};
@@ -178,7 +178,7 @@ fn draw<L: Single>(job: &Job<'_>, band: usize, rows: &mut [u8]) {
     for tile in 0..job.rays.tiles()[0] {
         let zero = L::of(0.0);
         let mut sums = [Vector { x: zero, y: zero, z: zero }; PACKETS];
-        if let Some(directions) = job.rays.extent_of([tile, band]) {
+        if let Some(directions) = job.rays.spread_of([tile, band]) {
             let mut listed = usize::MAX;
             for sample in 0..job.rays.per_pixel() {
                 let index = sample % job.moments.len();
@@ -235,7 +235,7 @@ fn expose<L: Single>(
         }
     }
     work.between.clear();
-    if let Some(positions) = reach.extent() {
+    if let Some(positions) = reach.spread() {
         in_light::<L>(&moment.bounds, &positions, &mut work.between);
     }
     for packet in &work.packets[..count] {
@@ -303,10 +303,10 @@ impl<L: Single> Reach<L> {
     /// Returns their range, with a margin for the offset from the surface; `None` if there are
     /// none.
     #[inline(always)]
-    fn extent(&self) -> Option<Extent<f32>> {
+    fn spread(&self) -> Option<Spread<f32>> {
         let low = [self.low.x, self.low.y, self.low.z].map(|x| f64::from(least(x)));
         let high = [self.high.x, self.high.y, self.high.z].map(|x| -f64::from(least(-x)));
-        (low[0] <= high[0]).then(|| Extent::new(low, high, 2.0 * LIFT))
+        (low[0] <= high[0]).then(|| Spread::new(low, high, 2.0 * LIFT))
     }
 }
 

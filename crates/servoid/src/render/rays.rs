@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::bounds::Extent;
+use super::bounds::Spread;
 use super::vector::Vector;
 use crate::camera::{Distortion, Lens};
 use crate::parallel::*;
@@ -30,7 +30,7 @@ pub(super) struct Rays<S> {
     /// 0 to 7.
     columns: [S; EIGHT],
     /// The directions of each tile's rays; `None` where the lens sees nothing.
-    extents: Vec<Option<Extent<S>>>,
+    spreads: Vec<Option<Spread<S>>>,
 }
 
 /// Returns the positions of samples in a pixel: one in each of as many rows and columns.
@@ -86,12 +86,12 @@ impl<S: Scalar> Rays<S> {
             first: first.collect(),
             step: [S::of(1.0 / fx), S::of(1.0 / fy)],
             columns: std::array::from_fn(|i| S::of(i as f64)),
-            extents: Vec::new(),
+            spreads: Vec::new(),
         };
         let [across, down] = rays.tiles();
-        rays.extents = (0..across * down)
+        rays.spreads = (0..across * down)
             .into_par_iter()
-            .map(|tile| rays.extent([tile % across, tile / across]))
+            .map(|tile| rays.spread([tile % across, tile / across]))
             .collect();
         rays
     }
@@ -108,8 +108,8 @@ impl<S: Scalar> Rays<S> {
     }
 
     /// Returns the directions of all rays of a tile; `None` if the lens sees nothing there.
-    pub fn extent_of(&self, [across, down]: [usize; 2]) -> Option<&Extent<S>> {
-        self.extents[down * self.tiles()[0] + across].as_ref()
+    pub fn spread_of(&self, [across, down]: [usize; 2]) -> Option<&Spread<S>> {
+        self.spreads[down * self.tiles()[0] + across].as_ref()
     }
 
     /// Returns the directions of eight pixels of a row.
@@ -129,7 +129,7 @@ impl<S: Scalar> Rays<S> {
         }
     }
 
-    fn extent(&self, [across, down]: [usize; 2]) -> Option<Extent<S>> {
+    fn spread(&self, [across, down]: [usize; 2]) -> Option<Spread<S>> {
         let directions = self.directions(across * TILE_PX[0], down * TILE_PX[1]);
         let (mut low, mut high) = (*directions.first()?, *directions.first()?);
         for direction in &directions {
@@ -138,7 +138,7 @@ impl<S: Scalar> Rays<S> {
                 high[axis] = high[axis].max(direction[axis]);
             }
         }
-        Some(Extent::of_directions(low, high))
+        Some(Spread::of_directions(low, high))
     }
 
     /// Returns directions of a tile's rays, between which all others lie.

@@ -43,10 +43,10 @@ impl Tracker {
         looking.frame.check(observation)?;
         looking.open_all_over(observation);
         let area = looking.area(&looking.motion.last());
-        let known = looking.target.points.features.len();
-        let most = known.min(looking.settings.points);
+        let known: Vec<usize> = looking.target.points.all_but_edgels().collect();
+        let most = known.len().min(looking.settings.points);
         // Evenly spaced, so that no side of the object is left out.
-        let probes: Vec<usize> = (0..most).map(|at| at * known / most).collect();
+        let probes: Vec<usize> = (0..most).map(|at| known[at * known.len() / most]).collect();
         let scorer = Scorer {
             inputs: Inputs::new(&looking.frame, observation, &looking.target, &looking.settings),
             probes: Probes::Facing(&probes),

@@ -199,7 +199,7 @@ impl Tracker {
         self.target.keyframes.pose(number)
     }
 
-    /// Returns the surface points in the object's frame.
+    /// Returns the surface points in the object's frame, edgels included.
     pub fn surface(&self) -> impl Iterator<Item = &SurfacePoint> {
         self.target.points.features.iter().map(|known| &known.point)
     }

@@ -228,7 +228,7 @@ impl Occlusion {
                 grid.measure(outlines, |pixel| before(&seen, inputs.solid, pixel));
             }
         }
-        for seen in matches {
+        for seen in matches.iter().filter(|seen| !seen.is_edgel) {
             let grid = &mut self.grids[seen.view.camera];
             let Some(cell) = seen.pixel.and_then(|pixel| grid.cell(&pixel)) else { continue };
             let correlation = seen.agreement.map_or(0.0, |agreement| agreement.correlation);

@@ -151,10 +151,11 @@ impl Scorer<'_> {
             };
             match self.probes {
                 Probes::InView(all) => {
-                    let of_camera = all.len() / self.inputs.windows.len().max(1);
-                    let every = of_camera.div_ceil(POINTS).max(1);
-                    let seen = all.iter().filter(|view| view.camera == camera);
                     let feature = &self.inputs.points.features;
+                    let all = || all.iter().filter(|view| !feature[view.point].is_edgel);
+                    let of_camera = all().count() / self.inputs.windows.len().max(1);
+                    let every = of_camera.div_ceil(POINTS).max(1);
+                    let seen = all().filter(|view| view.camera == camera);
                     seen.step_by(every)
                         .for_each(|view| compare(feature[view.point].template(view.template)));
                 }

@@ -128,9 +128,13 @@ impl Relocalizer {
     }
 
     fn spread_probes(&mut self, inputs: &Inputs<'_>) {
-        let count = inputs.points.features.len();
         self.around.clear();
-        self.around.extend((0..count.min(PROBES)).map(|i| i * count / count.min(PROBES)));
+        self.around.extend(inputs.points.all_but_edgels());
+        let (count, kept) = (self.around.len(), self.around.len().min(PROBES));
+        for at in 0..kept {
+            self.around[at] = self.around[at * count / kept];
+        }
+        self.around.truncate(kept);
     }
 }
 

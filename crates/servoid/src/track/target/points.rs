@@ -37,10 +37,14 @@ pub(crate) struct Match {
 }
 
 impl Match {
+    /// Returns whether the image looks as it should at the point.
+    pub(crate) fn agrees(&self) -> bool {
+        self.agreement.is_some_and(|agreement| agreement.correlation >= RECOGNISED)
+    }
+
     /// Returns whether the image shows the point; an edgel is never told from its neighbours.
     pub(crate) fn is_recognised(&self) -> bool {
-        let agrees = |found: &Agreement| found.correlation >= RECOGNISED;
-        !self.is_edgel && self.agreement.as_ref().is_some_and(agrees)
+        !self.is_edgel && self.agrees()
     }
 }
 
@@ -90,7 +94,8 @@ impl Points {
         out
     }
 
-    /// Lists the points that open windows should show: all of them, and at most `most` per camera.
+    /// Lists the points that open windows should show: all of them, and at most `most` per camera, of
+    /// which edgels are only as many as corners leave room for.
     pub(crate) fn in_view(
         &self,
         windows: &[Window],
@@ -123,8 +128,18 @@ impl Points {
                     all.push(InView { camera, point: index, template });
                 }
             }
-            thin(&all[begin..], most, out);
+            let is_edgel = |view: &InView| self.features[view.point].is_edgel;
+            all[begin..].sort_unstable_by_key(|view| (is_edgel(view), view.point));
+            let corners = begin + all[begin..].partition_point(|view| !is_edgel(view));
+            thin(&all[begin..corners], most, out);
+            thin(&all[corners..], most.saturating_sub(corners - begin), out);
         }
+    }
+
+    /// Returns the indices of the points that are not edgels.
+    pub(crate) fn all_but_edgels(&self) -> impl Iterator<Item = usize> {
+        let all = self.features.iter().enumerate();
+        all.filter(|(_, feature)| !feature.is_edgel).map(|(index, _)| index)
     }
 
     /// Adds new points, in memory that is allocated at once for as many as are ever kept.
@@ -159,6 +174,9 @@ impl Points {
             }
         }
         self.features.retain(|feature| feature.record.is_good());
+        if self.features.len() > MOST_POINTS {
+            self.features.retain(|feature| !feature.is_edgel);
+        }
         let (count, excess) =
             (self.features.len(), self.features.len().saturating_sub(MOST_POINTS));
         if excess > 0 {

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix2, Vector2};
 
-use super::points::{Match, Points, RECOGNISED};
+use super::points::{Match, Points};
 use super::shift::Shift;
 use crate::track::frame::occlusion::Occlusion;
 use crate::track::frame::window::Window;
@@ -29,7 +29,7 @@ impl Sighting {
     ) -> Option<Self> {
         let (agreement, pixel) = (found.agreement.as_ref()?, found.pixel?);
         let camera = found.view.camera;
-        if agreement.correlation < RECOGNISED || occlusion.hides(camera, &pixel) > 0.0 {
+        if !found.agrees() || occlusion.hides(camera, &pixel) > 0.0 {
             return None;
         }
         let shift = Shift::pixels(agreement).filter(|shift| shift.norm() < FARTHEST_PX)?;

@@ -48,9 +48,9 @@ impl Points {
         median(&mut self.drifts)
     }
 
-    /// Takes the points that agree with images as such that are recognised however the object turns.
+    /// Takes the points that agree with images as such that do so however the object turns.
     pub(crate) fn note_sliding(&mut self, matches: &[Match]) {
-        for one in matches.iter().filter(|one| one.is_recognised()) {
+        for one in matches.iter().filter(|one| one.agrees()) {
             let feature = &mut self.features[one.view.point];
             feature.slides |= !(one.turns || feature.shows_turns());
         }
@@ -115,6 +115,9 @@ mod tests {
         assert_eq!(points.features.iter().filter(|one| one.slides).count(), 2 * LEAST_KNOWN);
         assert_eq!(points.drift_seen(&all, &toward, 0.0), Some(DRIFT), "a third showed it");
         assert_eq!(points.drift_seen(&all[..30], &toward, 0.0), None, "too few did");
+        points.features[0].slides = false;
+        points.note_sliding(&[Match { is_edgel: true, turns: false, ..all[0] }]);
+        assert!(std::mem::take(&mut points.features[0].slides), "an edgel slides as well");
         let drifts: Vec<_> = points.features.iter().map(|one| (one.id, 0.0)).collect();
         points.know_drift(drifts.into_iter());
         let known = |one: &Feature| one.drift_variance < DRIFT;

@@ -59,8 +59,8 @@ pub(crate) struct DetectionPlan<'a> {
 pub(crate) struct Cells {
     /// The cells well inside the outline.
     inside: Vec<usize>,
-    /// The pixels of points that are already known.
-    taken: Vec<Vector2<f64>>,
+    /// The pixels of points that are already known, each with whether it is an edgel.
+    taken: Vec<(Vector2<f64>, bool)>,
 }
 
 /// Detects new surface points in cells of each window that contain no point of `taken`.
@@ -121,8 +121,8 @@ fn spots<'a>(
     let count = cells.inside.len();
     let from = plan.from % count.max(1);
     let pixels = taken.iter().filter(|view| view.camera == camera).filter_map(|view| {
-        let point = &inputs.points.features[view.point].point;
-        Some(projection.pixel(&point.position)?.0)
+        let feature = &inputs.points.features[view.point];
+        Some((projection.pixel(&feature.point.position)?.0, feature.is_edgel))
     });
     cells.taken.clear();
     cells.taken.extend(pixels);
@@ -130,13 +130,14 @@ fn spots<'a>(
     let turns = (from..from + plan.cells.min(count)).map(move |turn| inside[turn % count]);
     turns.filter_map(move |cell| {
         let center = middle(cell);
-        let near = |pixel: &Vector2<f64>| (pixel - center).amax() < 0.8 * side as f64;
-        if occlusion.hides(camera, &center) > 0.0 || taken.iter().any(near) {
+        let near = |(pixel, _): &&(Vector2<f64>, bool)| (pixel - center).amax() < 0.8 * side as f64;
+        let near = || taken.iter().filter(near);
+        if occlusion.hides(camera, &center) > 0.0 || near().any(|(_, is_edgel)| !is_edgel) {
             return None;
         }
         let found = best_spot(plane, first_px(cell), grain)?;
         let spot = Spot { pixel: first + found.pixel, ..found };
-        let counts = plan.edgels || !spot.is_edge;
+        let counts = !spot.is_edge || (plan.edgels && near().next().is_none());
         (counts && is_object(inputs, (camera, mask), &spot.pixel, grain)).then_some(spot)
     })
 }

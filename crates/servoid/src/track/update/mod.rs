@@ -2,7 +2,7 @@
 
 pub(super) mod detect;
 #[cfg(test)]
-mod edgels;
+mod edgel_laws;
 pub(super) mod growth;
 pub(super) mod templates;
 
@@ -69,11 +69,9 @@ impl Tracker {
         if self.settings.surface && may.surface {
             self.keep_keyframe(observation, hypothesis);
             self.target.points.refine(&self.workspace.matches, self.target.solid.radius);
-            let few = self.workspace.in_view.len() < FEW_IN_VIEW * self.frame.open();
+            let few = self.corners_in_view() < FEW_IN_VIEW * self.frame.open();
             let (cells, tries) = if few { (2 * CELLS, 2 * TRIES) } else { (CELLS, TRIES) };
-            let measures = self.frame.open() > 1 || observation.depths.iter().any(Option::is_some);
-            // The edges of a plain object are rims and creases, which may slide over it.
-            let edgels = few && measures && !self.is_plain();
+            let edgels = few && self.may_have_edgels(observation);
             let plan = DetectionPlan { from: self.cell, cells, tries, edgels, masks: &[] };
             self.cell = self.cell.wrapping_add(cells);
             self.detect_points(observation, &hypothesis.pose, &plan);
@@ -88,6 +86,21 @@ impl Tracker {
         if may.surface {
             self.update_ranges(observation, &hypothesis.pose, &[]);
         }
+    }
+
+    /// Returns how many points in view are not edgels.
+    fn corners_in_view(&self) -> usize {
+        let features = &self.target.points.features;
+        self.workspace.in_view.iter().filter(|view| !features[view.point].is_edgel).count()
+    }
+
+    /// Returns whether edges may be learned: where their distances are measured, colours tell them
+    /// from the object's outline, and the object is not plain, so that they are no rims and creases,
+    /// which may slide over it.
+    fn may_have_edgels(&self, observation: &Observation<'_>) -> bool {
+        let measures = self.frame.open() > 1 || observation.depths.iter().any(Option::is_some);
+        let tells = self.settings.region && self.target.colors.are_known();
+        measures && tells && !self.is_plain()
     }
 
     /// Adds templates of points that are recognised from a side for which they have none.

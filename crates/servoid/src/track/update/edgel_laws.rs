@@ -2,11 +2,11 @@
 
 use std::array;
 
-use crate::camera::{Camera, Channels, ImageView, Observation};
+use crate::camera::{Camera, Channels, DepthView, ImageView, Observation};
 use crate::pose::{Pose, Twist};
 use crate::shape::{Body, Ellipsoid};
 use crate::track::inputs::Inputs;
-use crate::track::pose::refine::refine;
+use crate::track::pose::refine::{Workspace, refine};
 use crate::track::pose::verify::verify;
 use crate::track::target::points::Feature;
 use crate::track::{TrackSettings, Tracker};
@@ -51,6 +51,7 @@ fn picture(right: f64, pose: &Pose) -> Vec<u8> {
 struct Scene {
     tracker: Tracker,
     rights: Vec<f64>,
+    measures_depth: bool,
     images: u32,
 }
 
@@ -61,36 +62,41 @@ impl Scene {
         let camera = Camera::new(SIZE, [FOCAL_PX; 2], MIDDLE_PX).unwrap();
         let cameras = vec![camera; rights.len()];
         let tracker = Tracker::new(&cameras, &body, TrackSettings::default()).unwrap();
-        Self { tracker, rights: rights.to_vec(), images: 0 }
+        Self { tracker, rights: rights.to_vec(), measures_depth: false, images: 0 }
     }
 
     /// Passes what the cameras see of the disc at a pose.
     fn show<T>(&mut self, pose: &Pose, to: impl FnOnce(&mut Tracker, &Observation<'_>) -> T) -> T {
         let pictures: Vec<_> = self.rights.iter().map(|right| picture(*right, pose)).collect();
         let view = |pixels| ImageView::new(pixels, SIZE, Channels::Grey).unwrap();
+        let depths = vec![DISTANCE_M as f32; SIZE[0] * SIZE[1]];
+        let depth = || Some(DepthView::new(&depths, SIZE).unwrap());
         let stand = |right: &f64| Pose::exp(&Twist::new(*right, 0.0, 0.0, 0.0, 0.0, 0.0));
         let observation = Observation {
             time_s: f64::from(self.images) / 30.0,
             world_from_camera: self.rights.iter().map(stand).collect(),
             images: pictures.iter().map(|pixels| Some(view(pixels))).collect(),
-            depths: vec![],
+            depths: if self.measures_depth { vec![depth(); pictures.len()] } else { vec![] },
         };
         self.images += 1;
         to(&mut self.tracker, &observation)
     }
 
-    /// Shows the disc, which sways about its first place, until it is learned.
+    /// Returns what is known of the disc after cameras saw it.
     fn learned(rights: &[f64]) -> Self {
-        let mut scene = Self::of(rights);
-        scene
-            .show(&place(0.0, 0.0), |tracker, seen| tracker.start(seen, place(0.0, 0.0), &[]))
+        Self::of(rights).learn()
+    }
+
+    /// Shows the disc, which sways about its first place, until it is learned.
+    fn learn(mut self) -> Self {
+        self.show(&place(0.0, 0.0), |tracker, seen| tracker.start(seen, place(0.0, 0.0), &[]))
             .unwrap();
         for image in 1..=10 {
             let pose = place(0.001 * f64::from(image % 2), 0.0);
-            let found = scene.show(&pose, Tracker::step).unwrap();
+            let found = self.show(&pose, Tracker::step).unwrap();
             assert!(found.located);
         }
-        scene
+        self
     }
 
     fn edgels(&self) -> impl Iterator<Item = &Feature> {
@@ -108,6 +114,30 @@ fn two_cameras_learn_edges_where_an_object_has_few_corners_and_one_camera_does_n
     let kept = two.tracker.appearance().points();
     assert_eq!(kept + two.edgels().count(), two.tracker.surface().count(), "edgels are not kept");
     assert_eq!(Scene::learned(&[0.0]).edgels().count(), 0);
+}
+
+#[test]
+fn a_depth_camera_alone_learns_edges() {
+    let scene = Scene { measures_depth: true, ..Scene::of(&[0.0]) };
+    assert!(scene.learn().edgels().count() > 20);
+}
+
+#[test]
+fn a_cell_has_no_edgel_beside_a_point_and_edgels_leave_the_room_to_corners() {
+    let mut scene = Scene::learned(&[0.0, BASELINE_M]);
+    let features = &scene.tracker.target.points.features;
+    let corners = features.iter().filter(|one| !one.is_edgel).count();
+    for edgel in scene.edgels() {
+        let near = |other: &Feature| {
+            !other.is_edgel && (other.point.position - edgel.point.position).norm() < 0.005
+        };
+        assert!(!features.iter().any(near), "{}", edgel.point.position);
+    }
+    scene.tracker.settings.points = corners / 2;
+    scene.tracker.points_in_view(&place(0.0, 0.0));
+    let Workspace { in_view, .. } = &scene.tracker.workspace;
+    let features = &scene.tracker.target.points.features;
+    assert!(!in_view.is_empty() && in_view.iter().all(|view| !features[view.point].is_edgel));
 }
 
 #[test]

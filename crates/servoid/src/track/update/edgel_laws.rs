@@ -52,6 +52,8 @@ struct Scene {
     tracker: Tracker,
     rights: Vec<f64>,
     measures_depth: bool,
+    /// Whether another side is printed all over.
+    is_printed: bool,
     images: u32,
 }
 
@@ -62,7 +64,13 @@ impl Scene {
         let camera = Camera::new(SIZE, [FOCAL_PX; 2], MIDDLE_PX).unwrap();
         let cameras = vec![camera; rights.len()];
         let tracker = Tracker::new(&cameras, &body, TrackSettings::default()).unwrap();
-        Self { tracker, rights: rights.to_vec(), measures_depth: false, images: 0 }
+        Self {
+            tracker,
+            rights: rights.to_vec(),
+            measures_depth: false,
+            is_printed: true,
+            images: 0,
+        }
     }
 
     /// Passes what the cameras see of the disc at a pose.
@@ -91,6 +99,11 @@ impl Scene {
     fn learn(mut self) -> Self {
         self.show(&place(0.0, 0.0), |tracker, seen| tracker.start(seen, place(0.0, 0.0), &[]))
             .unwrap();
+        if self.is_printed {
+            let reference = &mut self.tracker.target.reference;
+            (reference.most_textured, reference.most_fine) = (100.0, 1.0);
+        }
+        assert_eq!(self.tracker.is_surely_printed(), self.is_printed);
         for image in 1..=10 {
             let pose = place(0.001 * f64::from(image % 2), 0.0);
             let found = self.show(&pose, Tracker::step).unwrap();
@@ -114,6 +127,12 @@ fn two_cameras_learn_edges_where_an_object_has_few_corners_and_one_camera_does_n
     let kept = two.tracker.appearance().points();
     assert_eq!(kept + two.edgels().count(), two.tracker.surface().count(), "edgels are not kept");
     assert_eq!(Scene::learned(&[0.0]).edgels().count(), 0);
+}
+
+#[test]
+fn edges_of_what_may_be_shading_are_not_learned() {
+    let scene = Scene { is_printed: false, ..Scene::of(&[0.0, BASELINE_M]) };
+    assert_eq!(scene.learn().edgels().count(), 0);
 }
 
 #[test]

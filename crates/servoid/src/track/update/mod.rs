@@ -95,12 +95,12 @@ impl Tracker {
     }
 
     /// Returns whether edges may be learned: where their distances are measured, colours tell them
-    /// from the object's outline, and the object is not plain, so that they are no rims and creases,
-    /// which may slide over it.
+    /// from the object's outline, and the object is surely printed. Those of another are rims,
+    /// creases and shadows, which may slide over it.
     fn may_have_edgels(&self, observation: &Observation<'_>) -> bool {
         let measures = self.frame.open() > 1 || observation.depths.iter().any(Option::is_some);
         let tells = self.settings.region && self.target.colors.are_known();
-        measures && tells && !self.is_plain()
+        measures && tells && self.is_surely_printed()
     }
 
     /// Adds templates of points that are recognised from a side for which they have none.

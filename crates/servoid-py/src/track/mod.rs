@@ -187,8 +187,8 @@ impl Tracker {
         self.0.read()?.body().map(Body).map_err(raise)
     }
 
-    /// The surface points, edgels included: (N, 3) float64 in metres and their normals (N, 3) float64, in the
-    /// object's frame, and their colours (N, 3) uint8.
+    /// The surface points, edgels included: (N, 3) float64 in metres and their normals (N, 3)
+    /// float64, in the object's frame, and their colours (N, 3) uint8.
     #[getter]
     fn surface<'py>(&self, py: Python<'py>) -> PyResult<Surface<'py>> {
         let tracker = self.0.read()?;

@@ -62,7 +62,8 @@ class TrackResult:
     `Tracker.recall`; `notes` are sentences for the user; `starting_s` is the time from the first
     image to the first estimate, modelling included; `overlap` is the intersection over union of the
     body's outline and the masks of the first observation, their mean, None without masks. `doubts`
-    are those of the notes that doubt the mask, the body or the pose of the start.
+    are those of the notes that doubt the mask, the body or the pose of the start;
+    `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`.
     """
 
     name: str
@@ -75,6 +76,7 @@ class TrackResult:
     smoothed: Sequence[Pose] = ()
     overlap: float | None = None
     doubts: tuple[str, ...] = ()
+    calibration_doubt: str | None = None
 
     def __len__(self) -> int:
         return len(self.tracked)
@@ -97,7 +99,9 @@ class TrackResult:
     @property
     def verdict(self) -> str:
         """Return whether the tracking is good, rough or poor, as its report begins."""
-        allowed = _VERDICTS[1:] if self.doubts else _VERDICTS  # good poses may be another's
+        # Good poses may be those of another object, or wrong by a wrong scale.
+        is_doubted = self.doubts or self.calibration_doubt is not None
+        allowed = _VERDICTS[1:] if is_doubted else _VERDICTS
         return next(word for word, least in allowed if self.tracked_share >= least)
 
     @property
@@ -105,6 +109,8 @@ class TrackResult:
         """Return what speaks against the tracking: doubts, and observations not tracked."""
         away = len(self) - self.tracked_count
         reasons = ["what was found at first is in doubt"] if self.doubts else []
+        if self.calibration_doubt is not None:
+            reasons.append("the calibration is in doubt")
         if away:
             reasons.append(f"not tracked in {away} of {counted(len(self), 'observation')}")
         return reasons

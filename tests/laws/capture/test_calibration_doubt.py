@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rooms_to_scan import FOCAL_PX, SIZE_PX, write_pair
 
 from servoid._native import Lens
-from servoid.capture import Capture, open_capture
+from servoid.capture import Capture, calibration_doubt, open_capture
 from servoid.opening import doubt_calibration
 from servoid.pose import Pose
 
@@ -88,6 +88,24 @@ def test_a_wrong_focal_length_of_eyes_that_are_toed_in_is_told(tmp_path: Path) -
     assert doubt is not None and "better than 270 px" in doubt
 
 
+@pytest.mark.parametrize("share", [0.5, 0.6, 1.5, 1.9])
+def test_a_focal_length_that_is_far_off_is_told_as_well(share: float, tmp_path: Path) -> None:
+    capture = write_pair(tmp_path, toed_in(8.0))
+    doubt = doubt_calibration(with_focal(capture, share))
+    assert named_px(doubt) == pytest.approx(FOCAL_PX, rel=0.03)
+
+
+@pytest.mark.parametrize(("share", "bound"), [(0.38, "at least"), (2.5, "at most")])
+def test_beyond_the_tried_focal_lengths_a_bound_is_told(
+    share: float, bound: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(calibration_doubt, "_FIT_PX", 100.0)  # the best of them fits badly
+    monkeypatch.setattr(calibration_doubt, "_EXPLAINED", 1.0)
+    capture = write_pair(tmp_path, toed_in(8.0))
+    doubt = doubt_calibration(with_focal(capture, share))
+    assert doubt is not None and f"fit a focal length of {bound} " in doubt
+
+
 def test_a_lens_that_ends_within_the_tried_focal_lengths_is_no_trouble(tmp_path: Path) -> None:
     capture = write_pair(tmp_path, toed_in(8.0))
     bent = [
@@ -144,7 +162,7 @@ def test_a_true_calibration_is_not_doubted(name: str) -> None:
 
 
 @pytest.mark.extended
-@pytest.mark.parametrize("share", [0.8, 0.92, 1.08, 1.15])
+@pytest.mark.parametrize("share", [0.6, 0.8, 0.92, 1.08, 1.15, 1.45, 1.6])
 @pytest.mark.parametrize("name", TELLING)
 def test_a_focal_length_that_photographs_contradict_is_told(name: str, share: float) -> None:
     if not (DATA / name).is_dir():

@@ -53,6 +53,13 @@ def test_a_track_whose_start_is_in_doubt_is_not_good_and_says_why() -> None:
     assert lost.reasons == [*doubted.reasons, "not tracked in 20 of 20 observations"]
 
 
+def test_a_track_by_cameras_that_the_images_contradict_is_not_good() -> None:
+    result = TrackResult("cup", track_of([OWN] * 20), plain_body(OWN, count=2))
+    doubted = replace(result, calibration_doubt="the images contradict the calibration")
+    assert (result.verdict, doubted.verdict) == ("good", "rough")
+    assert doubted.reasons == ["the calibration is in doubt"]
+
+
 def test_what_the_verdict_doubts_is_not_repeated_in_the_notes(tmp_path: Path) -> None:
     notes = ("the back is a guess", "it may be a jug")
     result = TrackResult(

@@ -72,6 +72,7 @@ impl Tracker {
             let all = DetectionPlan { from: 0, cells, tries, edgels: false, masks };
             self.detect_points(observation, &world_from_object, &all);
             self.points_in_view(&world_from_object);
+            self.parting.begin(self.target.points.next, &world_from_object);
         }
         self.update_ranges(observation, &world_from_object, masks);
         let hypothesis = self.set_reference(observation, &world_from_object);

@@ -121,6 +121,12 @@ pub enum Notice {
         /// Size of the correction, in degrees.
         degrees: f64,
     },
+    /// What was marked as the object is more than one thing.
+    #[error(
+        "points that were marked as the object move otherwise than the rest: the mask holds more than \
+         one thing, and which of them is meant is not known; mark the object alone"
+    )]
+    Parted,
     /// Part of the object is hidden.
     #[error("{hidden:.0} % of the part of the object that should be visible is not seen")]
     Hidden {

@@ -69,6 +69,11 @@ impl<'a> Inputs<'a> {
         }
     }
 
+    /// Returns the same without colours, and thus without the outline.
+    pub(super) fn without_colors(self) -> Self {
+        Self { colors: None, ..self }
+    }
+
     /// Returns a camera's depth image, with the object at a pose, if the camera's image can be used
     /// and has the same pixels, and its depth images agree with the body.
     pub(super) fn rangefinder(&self, camera: usize, pose: &Pose) -> Option<Rangefinder<'a>> {

@@ -21,7 +21,7 @@ use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
 use super::target::solid::Solid;
-use super::trust::{CLEAR, OF_KNOWN_SHAPE, Trust, is_turn_reliable, shows_turn};
+use super::trust::{CLEAR, OF_KNOWN_SHAPE, Parting, Trust, is_turn_reliable, shows_turn};
 use super::update::detect::Cells;
 use super::update::growth::Evolving;
 use crate::camera::{Camera, Observation};
@@ -49,6 +49,7 @@ pub struct Tracker {
     pub(super) innovation: Deviation,
     pub(super) status: Status,
     pub(super) trust: Trust,
+    pub(super) parting: Parting,
     pub(super) cell: usize,
     pub(super) color_updates: usize,
     pub(super) pending: Option<Pending>,
@@ -98,6 +99,7 @@ impl Tracker {
             cells: Cells::default(),
             status: Status::Searching,
             trust: Trust::unstarted(),
+            parting: Parting::default(),
             cell: 0,
             color_updates: 0,
             pending: None,
@@ -164,6 +166,7 @@ impl Tracker {
         if self.status == Status::Tracking {
             self.follow_held_back(observation, &hypothesis);
             self.compare_depths(observation, &hypothesis.pose);
+            self.seek_parted(observation, &hypothesis);
             self.workspace.occlusion.remember();
         } else {
             self.workspace.occlusion.forget();
@@ -363,7 +366,11 @@ impl Tracker {
             world_from_object: if followed { hypothesis.pose } else { self.motion.last() },
             covariance,
             unobservable: known.unobservable,
-            confidence: if followed { evidence.probability() } else { unseen(self.status) },
+            confidence: if followed && !self.parting.is_certain() {
+                evidence.probability()
+            } else {
+                unseen(self.status)
+            },
             evidence: followed.then_some(evidence),
             status: if followed && !is_reliable { Status::Searching } else { self.status },
             located,

@@ -62,7 +62,8 @@ pub(crate) struct Points {
     pub(crate) relief_variance: f64,
     /// Additional variance: that by which it may have been held back since it was last shown well.
     pub(crate) held_back_variance: f64,
-    next: usize,
+    /// The number that the next point is given.
+    pub(crate) next: usize,
     /// Numbers of the points that were recognised last.
     pub(super) seen: Vec<usize>,
     /// Reused memory for their variances.

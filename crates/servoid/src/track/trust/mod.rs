@@ -2,9 +2,11 @@
 //! thresholds here. The shares from which on a pose is followed are settings.
 
 mod outline;
+mod parting;
 mod print;
 mod state;
 
+pub(super) use self::parting::Parting;
 pub(super) use self::print::is_plain;
 pub(super) use self::state::Trust;
 use super::estimate::Status;
@@ -111,7 +113,8 @@ impl Tracker {
         let held = self.is_held();
         let threshold = if held { LOCATED_IF_HELD } else { LOCATED };
         let known = reference < PATTERN || quality.recognised >= least || held;
-        self.trust.proved && quality.share >= threshold.max(self.settings.held) && known
+        let is_one = self.trust.proved && !self.parting.is_certain();
+        is_one && quality.share >= threshold.max(self.settings.held) && known
     }
 
     /// Returns whether the object was seen all the time and its orientation is known, so that a

@@ -13,7 +13,7 @@ use self::bundle::{Anchor, Bundle, KeyframePrior, Landmark, Sighting, Solution, 
 pub(super) use self::worker::Job;
 use super::estimate::Notice;
 use super::target::Target;
-use super::target::keyframes::{Keyframe, motion_of};
+use super::target::keyframes::Keyframe;
 use super::target::points::Feature;
 use super::tracker::Tracker;
 use crate::pose::Pose;
@@ -156,7 +156,8 @@ impl Target {
             while let Some((_, from)) = newer.iter().find(|(one, _)| *one == number) {
                 number = *from;
             }
-            motion_of(&moves, number)
+            let at = moves.partition_point(|(one, _)| *one <= number);
+            moves[..at].last().map_or_else(Pose::identity, |(_, by)| *by)
         };
         self.keyframes.move_by(by);
         self.sides.move_by(by);

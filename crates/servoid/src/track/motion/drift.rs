@@ -13,7 +13,7 @@ use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::uncertainty::turn_variance;
 use crate::track::pose::verify::Quality;
 use crate::track::target::Target;
-use crate::track::target::keyframes::{motion_of, object_from_camera};
+use crate::track::target::keyframes::object_from_camera;
 use crate::track::tracker::Tracker;
 use crate::track::trust::{ADRIFT_RAD, CLEAR};
 
@@ -112,8 +112,7 @@ impl Tracker {
         self.target.points.turn_back(off, drifts, since);
         self.target.ranges.turn_back(off, drifts, since);
         self.target.keyframes.tie(expected);
-        let moves = self.target.keyframes.turn_back(off, drifts, since);
-        self.target.sides.move_by(|number| motion_of(&moves, number));
+        self.target.keyframes.turn_back(off, drifts, since);
         self.target.points.know_drift(self.target.keyframes.drifts_of_points());
         self.pending = None;
         self.correct_motion(off);

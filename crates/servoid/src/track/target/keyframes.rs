@@ -45,12 +45,6 @@ impl Keyframe {
     pub(crate) fn unseen_drift(&self) -> f64 {
         self.held_back + self.still_off
     }
-
-    /// Moves the object in its own frame; the camera that saw it stays where it is in the world.
-    pub(super) fn move_by(&mut self, by: &Pose) {
-        self.world_from_object = (self.world_from_object * *by).renormalized();
-        self.object_from_camera = by.rotation().inverse() * self.object_from_camera;
-    }
 }
 
 /// The data of a keyframe: the pose, the orientation of the first camera, and the projection of the
@@ -109,13 +103,6 @@ pub(crate) fn object_from_camera(
     (world_from_object.inverse() * observation.world_from_camera[0]).rotation()
 }
 
-/// Returns the motion of a keyframe, by its number, among those of some in order: one that is not
-/// among them moves with the last one before it.
-pub(crate) fn motion_of(moves: &[(usize, Pose)], number: usize) -> Pose {
-    let at = moves.partition_point(|(one, _)| *one <= number);
-    moves[..at].last().map_or_else(Pose::identity, |(_, by)| *by)
-}
-
 impl Keyframes {
     /// Starts empty, with numbers that were not used before.
     pub(crate) fn after(before: &Self) -> Self {
@@ -155,7 +142,7 @@ impl Keyframes {
     }
 
     /// Returns whether a view is within an angle of that of a keyframe that may still be off by more
-    /// than a variance since a loop was closed, by which that view may be off as well.
+    /// than a variance since a loop was closed.
     pub(crate) fn may_be_off(
         &self,
         object_from_camera: &UnitQuaternion<f64>,
@@ -163,10 +150,7 @@ impl Keyframes {
         angle: f64,
     ) -> bool {
         let mut off = self.all.iter().filter(|one| one.still_off > most);
-        off.any(|one| {
-            let away = one.object_from_camera.angle_to(object_from_camera);
-            away < angle + one.still_off.sqrt()
-        })
+        off.any(|one| one.object_from_camera.angle_to(object_from_camera) < angle)
     }
 
     /// Returns whether a view differs enough from the last keyframe and, unless `all_over` is set,
@@ -282,7 +266,7 @@ impl Keyframes {
             one.world_from_object = (one.world_from_object * by(one.number)).renormalized();
         }
         for one in &mut self.all {
-            one.move_by(&by(one.number));
+            one.world_from_object = (one.world_from_object * by(one.number)).renormalized();
         }
     }
 
@@ -363,18 +347,6 @@ pub(crate) mod tests {
         let known = |turned: f64, most| keyframes.is_known(&camera(turned), most, (3, 0.15));
         assert!(known(0.0, 0.01) && known(0.5, 0.01) && !known(0.6, 0.01) && !known(1.0, 0.01));
         assert!(!known(0.2, 0.003), "it may have been held back by more");
-    }
-
-    #[test]
-    fn one_that_is_moved_was_seen_by_a_camera_that_stays_where_it_is() {
-        let mut keyframes = Keyframes::default();
-        (0..5).for_each(|count| drop(keep(&mut keyframes, 0.2 * f64::from(count))));
-        keyframes.move_by(|number| Pose::exp(&Twist::new(0.01, 0.0, 0.0, 0.1, 0.2, number as f64)));
-        keyframes.turn_back(&Twist::new(0.0, 0.0, 0.02, 0.3, 0.5, 0.0), (0.01, 0.0), None);
-        for one in &keyframes.all {
-            let seen = one.world_from_object.inverse().rotation();
-            assert!(seen.angle_to(&one.object_from_camera) < 1e-9, "{}", one.number);
-        }
     }
 
     #[test]

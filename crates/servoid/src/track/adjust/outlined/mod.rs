@@ -22,7 +22,7 @@ use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::verify::Quality;
 use crate::track::target::Target;
 use crate::track::target::contour_offsets::ContourOffsets;
-use crate::track::target::keyframes::{Keyframe, motion_of, object_from_camera};
+use crate::track::target::keyframes::{Keyframe, object_from_camera};
 use crate::track::target::look::Look;
 use crate::track::target::solid::Solid;
 use crate::track::tracker::Tracker;
@@ -274,7 +274,10 @@ impl Target {
     /// Moves keyframes, and all that belongs to them, by motions in the object's frame; others move
     /// with the last one before them.
     fn move_keyframes(&mut self, moves: &[(usize, Pose)]) {
-        let by = |number: usize| motion_of(moves, number);
+        let by = |number: usize| {
+            let at = moves.partition_point(|(one, _)| *one <= number);
+            moves[..at].last().map_or_else(Pose::identity, |(_, by)| *by)
+        };
         self.keyframes.move_by(by);
         self.sides.move_by(by);
         self.ranges.move_by(by);

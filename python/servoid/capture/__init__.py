@@ -13,7 +13,7 @@ from servoid.capture.capture_file import (
     mounted_lenses,
     read_versioned,
 )
-from servoid.capture.exchanged import check_not_exchanged
+from servoid.capture.exchanged import check_measurable, check_not_exchanged
 from servoid.capture.opening import count_uncalibrated, open_capture
 from servoid.capture.shrinking import shrunk
 

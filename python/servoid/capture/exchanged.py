@@ -116,24 +116,36 @@ def check_not_exchanged(view: CaptureView, other: CaptureView) -> None:
     """Check that two views of one instant show what their cameras see.
 
     Raises:
+        CameraError: their images are exchanged, or are one and the same.
+
+    """
+    _matched_unexchanged(view, other)
+
+
+def check_measurable(view: CaptureView, other: CaptureView) -> None:
+    """Check that two views of one instant may measure depth.
+
+    Raises:
         CameraError: their images are exchanged, or are one and the same, or nearly all that they
             see would be behind the cameras.
 
     """
+    pair = _matched_unexchanged(view, other)
+    sides = _Sides() if pair is None else _sides(pair)
+    if sides.behind >= max(_LEAST, _REFUSED * sides.matched):
+        raise CameraError(_contradiction((view.name, other.name), sides))
+
+
+def _matched_unexchanged(view: CaptureView, other: CaptureView) -> MatchedFeatures | None:
     one, two = (PosedPicture(each.picture, each.lens, each.recorded) for each in (view, other))
     repeated = repeated_note((view.name, other.name), one, two)
     if repeated is not None:
         raise CameraError(repeated)
     pair = match_features(one, two, other.world_from_lens.inverse() @ view.world_from_lens)
-    if pair is None:
-        return
-    names = view.name, other.name
-    note = exchange_note(names, [pair])
+    note = None if pair is None else exchange_note((view.name, other.name), [pair])
     if note is not None:
         raise CameraError(note)
-    sides = _sides(pair)
-    if sides.behind >= max(_LEAST, _REFUSED * sides.matched):
-        raise CameraError(_contradiction(names, sides))
+    return pair
 
 
 def _contradiction(names: tuple[str, str], sides: _Sides) -> str:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from servoid._native import ellipsoid_colors, silhouette_ious
-from servoid.capture import Capture, CaptureView, check_not_exchanged
+from servoid.capture import Capture, CaptureView, check_measurable
 from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.depth_agreement import check_depth_agrees, with_twins
 from servoid.model.fit import Request, divide, fit_views
@@ -235,7 +235,7 @@ def _measured(marked: Marked, notes: list[str]) -> RangeSamples:
     """Measure the depth in each marked view that has another view of the same instant."""
     parts = []
     for view, twin in with_twins(marked.views, [*marked.views, *marked.others]):
-        check_not_exchanged(view, twin)
+        check_measurable(view, twin)
         try:
             parts.append(range_samples_of_pair(view, twin))
         except (CameraError, TargetError) as error:

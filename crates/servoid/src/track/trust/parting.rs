@@ -79,14 +79,15 @@ impl Parting {
 
 impl Tracker {
     /// Searches for marked points that are missed at a pose which is followed: those that are
-    /// recognised together elsewhere move otherwise than the object.
+    /// recognised together elsewhere move otherwise than the object. Once it was missed or has
+    /// jumped, the pose itself may be the wrong one, so that nothing is sought any more.
     pub(in crate::track) fn seek_parted(
         &mut self,
         observation: &Observation<'_>,
         hypothesis: &Hypothesis,
     ) {
         let start = self.parting.start_of_search(&hypothesis.pose);
-        if let Some(start) = start.filter(|_| self.trust.is_proved()) {
+        if let Some(start) = start.filter(|_| self.trust.is_continuous()) {
             self.missed_in_view();
             let matches = self.workspace.matches.iter();
             let recognised = matches.filter(|one| one.is_recognised()).count() as f64;

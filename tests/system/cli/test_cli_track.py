@@ -218,6 +218,18 @@ def test_a_stop_before_the_first_estimate_writes_nothing(
     assert everything_in(folder) == before
 
 
+@pytest.mark.usefixtures("folder")
+def test_an_interrupt_while_the_calibration_is_checked_loses_no_pose(
+    servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("servoid.cli.track.tracking.doubt_calibration", interrupted)
+    assert servoid_command("track", "video", *CUP).code == 130
+    assert len(read_trajectory("poses.csv")) == 5
+
+
 REFUSED: dict[str, tuple[tuple[str, ...], str]] = {
     "no body file": (("--body", "none.json"), r"none\.json"),
     "a body that is none": (("--body", "video/poses.csv"), r"poses\.csv is not valid JSON"),

@@ -23,9 +23,9 @@ def marked(seed: int, folder: Path, beside_px: int) -> Path:
     place = folder / "masks" / "0000.png"
     mask = cv2.imread(str(place), cv2.IMREAD_GRAYSCALE)
     assert mask is not None
-    x, y, width, height = cv2.boundingRect(mask)
-    right = min(x + width + beside_px, mask.shape[1] - 2)
     if beside_px:
+        x, y, width, height = cv2.boundingRect(mask)
+        right = min(x + width + beside_px, mask.shape[1] - 2)
         mask[y + height // 5 : y + height, x + width - 4 : right] = 255
     cv2.imwrite(str(place), mask)
     return folder

@@ -84,10 +84,11 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
         if not len(collector):
             raise
         stopped = error
+    results = collector.results()
+    files = _write(order, results, reports)  # first: an interrupt of what follows loses no pose
     is_assumed = order.known.baseline_m is not None
     doubt = doubt_calibration(footage.capture, is_assumed=is_assumed)
-    results = [replace(one, calibration_doubt=doubt) for one in collector.results()]
-    files = _write(order, results, reports)
+    results = [replace(one, calibration_doubt=doubt) for one in results]
     lacking += [] if doubt is None else [doubt]
     if reports is not None:
         notes = [*notes_on(footage), *lacking, *footage.notes]

@@ -113,8 +113,8 @@ impl Tracker {
         let held = self.is_held();
         let threshold = if held { LOCATED_IF_HELD } else { LOCATED };
         let known = reference < PATTERN || quality.recognised >= least || held;
-        let is_one = self.trust.proved && !self.parting.is_certain();
-        is_one && quality.share >= threshold.max(self.settings.held) && known
+        let is_seen = quality.share >= threshold.max(self.settings.held) && known;
+        self.trust.proved && !self.parting.is_certain() && is_seen
     }
 
     /// Returns whether the object was seen all the time and its orientation is known, so that a

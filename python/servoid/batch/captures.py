@@ -3,7 +3,7 @@
 import hashlib
 import os
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -68,6 +68,9 @@ class CaptureRow(msgspec.Struct, frozen=True, kw_only=True):
     surface_seen: Annotated[float | None, Meta(description="share of the surface")]
     seconds: Annotated[float, Meta(description="on the wall, of modelling alone")]
     notes: list[str]
+    verdict: Annotated[str | None, Meta(description="good, rough or poor; none without views")] = (
+        None
+    )
     body: Annotated[str, Meta(description="the body's file, JSON")]
 
 
@@ -95,6 +98,7 @@ def model_capture(case: CaptureCase) -> CaptureRow:
         result = fit_capture_by_paper(capture, request, targets=targets, **chosen)
     else:
         result = fit_capture(capture, request, targets=targets, distance_m=case.distance, **chosen)
+    result = replace(result, notes=(*capture.notes, *result.notes)).doubted([doubt])
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "body.json"
         result.save(file, learn_appearance(result))
@@ -106,7 +110,8 @@ def model_capture(case: CaptureCase) -> CaptureRow:
         iou_unused=_mean(result.iou_unused),
         surface_seen=None if result.coverage is None else result.coverage.share,
         seconds=result.seconds,
-        notes=[*([] if doubt is None else [doubt]), *capture.notes, *result.all_notes],
+        notes=list(result.all_notes),
+        verdict=result.verdict.word,
         body=body,
     )
 

@@ -13,7 +13,7 @@ from servoid.model.look import (
     mark_everywhere,
 )
 from servoid.model.marking import mark, views_meant
-from servoid.model.misfit import center_notes
+from servoid.model.misfit import center_notes, swapped_note
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import RangeSamples, range_samples_of_cloud
 from servoid.model.result import Coverage, IouByCount, ModelResult

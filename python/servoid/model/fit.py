@@ -20,7 +20,7 @@ from servoid._native import (
 )
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
-from servoid.model.misfit import center_notes, far_note, swapped_note, touches_all_borders
+from servoid.model.misfit import center_notes, far_note, swapped_note
 from servoid.model.misplaced import Fitted, convention_note, misplaced_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import Coverage, ModelResult
@@ -131,8 +131,8 @@ def fit(
     result = fit_views(used, unused, NO_RANGE_SAMPLES, request)
     is_metric = not any(isinstance(one, CaptureView) for one in capture_views)
     far = far_note(result.body, result.native_used) if is_metric else None
-    notes = [one for one in (note, far) if one is not None] + center_notes([*used, *unused])
-    return replace(result, notes=(*result.notes, *notes))
+    result = result.doubted([*center_notes([*used, *unused]), far])
+    return result if note is None else replace(result, notes=(*result.notes, note))
 
 
 def fit_views(
@@ -158,10 +158,9 @@ def fit_views(
     if request.progress is not None:
         request.progress(Progress(0, 0.0, 0.0, stage="reading images"))
     # Read files first, so that a damaged one is reported before the long computation.
-    read = in_parallel(_read, [*used, *unused])
-    native = [view for view, _ in read]
+    native = in_parallel(CaptureView.view, [*used, *unused])
     native_used, native_unused = native[: len(used)], native[len(used) :]
-    swapped = swapped_note([touching for _, touching in read])
+    swapped = swapped_note([view.mask for view in native])
     seen = all(view.has_image for view in used)
     images = in_parallel(CaptureView.image, used) if seen else []
     given = request.given(views=native_used, range_samples=samples)
@@ -175,10 +174,13 @@ def fit_views(
     body = steps[-1].body
     iou_used = _judge(body, native_used)
     misplaced = misplaced_notes(
-        Fitted(body, settings, used, native_used, iou_used),
+        Fitted(
+            body, settings, used, native_used, iou_used, is_checked=bool(unused or len(samples))
+        ),
         [*used, *unused, *everywhere],
         request.progress,
     )
+    doubts = (*(() if swapped is None else (swapped,)), *misplaced)
     return ModelResult(
         body=body,
         colors=ellipsoid_colors(body, native_used, images) if seen else _plain(body),
@@ -193,7 +195,8 @@ def fit_views(
         native_unused=tuple(native_unused),
         range_samples=samples,
         coverage=Coverage.of(body, native_used, samples),
-        notes=(*(() if swapped is None else (swapped,)), *misplaced),
+        notes=doubts,
+        doubts=doubts,
     )
 
 
@@ -321,12 +324,6 @@ def _write_slice(chosen: slice) -> str:
     """Format a slice as it is typed: `0:16:2`, or `100:`."""
     parts = [chosen.start, chosen.stop] + ([] if chosen.step is None else [chosen.step])
     return ":".join("" if part is None else str(part) for part in parts)
-
-
-def _read(view: CaptureView) -> tuple[View, bool]:
-    """Read a view, and return it with whether its mask touches all borders."""
-    mask = view.mask()
-    return view.view(mask), touches_all_borders(mask)
 
 
 def _judge(body: Body, views: Sequence[View]) -> NDArray[np.float64]:

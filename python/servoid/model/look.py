@@ -13,7 +13,7 @@ from servoid.model.depth_agreement import check_depth_agrees, with_twins
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
-from servoid.model.misfit import center_notes, far_note
+from servoid.model.misfit import center_notes, far_note, swapped_note
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import (
@@ -70,7 +70,8 @@ def fit_capture(
     start = time.perf_counter()
     request = request or Request()
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
-    notes = [*marked.notes, *center_notes([*marked.views, *marked.others])]
+    notes = list(marked.notes)
+    doubts = [*marked.doubts, *center_notes([*marked.views, *marked.others])]
     if not capture.metric:
         notes.append(NO_METRES)
     known = list(marked.views)
@@ -82,8 +83,7 @@ def fit_capture(
     alone = len(known) + len(marked.others) == 1 and not len(samples)
     if alone or distance_m is not None:
         result = fit_one_view(known[0], _distance(distance_m, alone), request)
-        notes += result.notes
-        return _noted(result, marked, targets, notes)
+        return _noted(result, targets, notes, doubts)
     if marked.others and (len(known) < 2 or marked.from_targets):
         finding = replace(request, progress=part_of(request.progress, 0.0, _FINDING))
         known = _with_spread(marked, samples, finding, notes)
@@ -104,19 +104,21 @@ def fit_capture(
         # Why there is only one view to model from is noted.
         if len(used) > 1:
             raise
-        raise ModelError("; ".join([str(error), *notes])) from error
-    notes += result.notes
+        raise ModelError("; ".join([str(error), *doubts, *notes])) from error
     far = far_note(result.body, result.native_used) if capture.metric else None
-    if far is not None:
-        notes.append(far)
-    return _noted(result, marked, targets, notes)
+    return _noted(result, targets, notes, [*doubts, far])
 
 
 def _noted(
-    result: ModelResult, marked: Marked, targets: Sequence[Target], notes: Sequence[str]
+    result: ModelResult,
+    targets: Sequence[Target],
+    notes: Sequence[str],
+    doubts: Sequence[str | None],
 ) -> ModelResult:
+    """Return the result with notes and doubts that were known before it."""
     named = tuple(map(str, targets))
-    return replace(result, targets=named, notes=tuple(notes), doubts=marked.doubts)
+    noted = replace(result, targets=named, notes=(*notes, *result.notes))
+    return noted.doubted(doubts)
 
 
 def mark_everywhere(
@@ -188,7 +190,7 @@ def fit_capture_by_paper(
     used = [view for view in chosen if view.has_mask]
     natives = in_parallel(CaptureView.view, used)
     body = steps[-1].body
-    return ModelResult(
+    result = ModelResult(
         body=body,
         colors=ellipsoid_colors(body, natives, in_parallel(CaptureView.image, used)),
         steps=tuple(steps),
@@ -198,15 +200,14 @@ def fit_capture_by_paper(
         iou_used=silhouette_ious(body, natives),
         native_used=tuple(natives),
         coverage=Coverage.of(body, natives, NO_RANGE_SAMPLES),
-        targets=tuple(map(str, targets)),
-        notes=(
-            *marked.notes,
-            *(() if capture.metric else (NO_METRES,)),
-            f"hue window {window[0]:.0f} to {window[1]:.0f} degrees",
-        ),
-        doubts=marked.doubts,
+        notes=(f"hue window {window[0]:.0f} to {window[1]:.0f} degrees",),
         seconds=time.perf_counter() - start,
     )
+    far = far_note(body, natives) if capture.metric else None
+    swapped = swapped_note([view.mask for view in natives])
+    notes = [*marked.notes, *(() if capture.metric else (NO_METRES,))]
+    doubts = [*marked.doubts, *center_notes(used), swapped, far]
+    return _noted(result, targets, notes, doubts)
 
 
 def _distance(distance_m: float | None, alone: bool) -> float:

@@ -15,7 +15,7 @@ class Marked:
     """The usable views of a capture: those with a mask, and the others.
 
     `from_targets` is true if targets marked the first ones, and not the capture's own masks;
-    `notes` are messages for the user, and `doubts` those of them on what the targets found.
+    `notes` are messages for the user, and `doubts` others that doubt what the targets found.
     """
 
     views: tuple[CaptureView, ...]
@@ -70,12 +70,21 @@ def mark(
         )
     kept = [marked.get(view.name, view) for view in views]
     small, note = shrunk(kept)
+    left = sum(view.has_mask for view in views) if targets else 0
     return Marked(
         views=tuple(view for view in small if view.name in marked),
         others=tuple(view for view in small if view.name not in marked),
         from_targets=bool(targets),
-        notes=(*doubts, *([] if note is None else [note])),
+        notes=(*([] if note is None else [note]), *([_unused(left)] if left else [])),
         doubts=tuple(doubts),
+    )
+
+
+def _unused(count: int) -> str:
+    """Report the capture's own masks, which targets replace."""
+    return (
+        f"the target was used instead of the capture's own {counted(count, 'mask')}; leave it out "
+        "to use these"
     )
 
 

@@ -17,7 +17,6 @@ _LEAST_OF_ALL = 0.7  # their mean, below which the body is not the object
 _TIMES, _BESIDE = 3.0, 0.1  # the misfit of the median, and this more, contradict the body as well
 _LEAST_COMPARED = 5  # views, below which a median is no measure
 _CURE = "check poses, calibration and masks, and do not use the body until then"
-_BORDERS = 4
 
 
 def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> list[str]:
@@ -49,19 +48,16 @@ def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> 
     return notes
 
 
-def touches_all_borders(mask: NDArray[np.uint8]) -> bool:
-    """Return whether a mask, (H, W) uint8, touches all four borders of its image."""
-    borders = (mask[0], mask[-1], mask[:, 0], mask[:, -1])
-    return sum(bool(border.any()) for border in borders) == _BORDERS
+def swapped_note(masks: Sequence[NDArray[np.uint8]]) -> str | None:
+    """Report that masks look inverted (black and white swapped), if most touch all borders.
 
-
-def swapped_note(touching: Sequence[bool]) -> str | None:
-    """Report that masks look inverted (black and white swapped), if most touch all borders."""
-    count = sum(touching)
-    if 2 * count <= len(touching):
+    Each is (H, W) uint8.
+    """
+    count = sum(_touches_all_borders(mask) for mask in masks)
+    if 2 * count <= len(masks):
         return None
     return (
-        f"{counted(count, 'mask')} of {len(touching)} {'touches' if count == 1 else 'touch'} all "
+        f"{counted(count, 'mask')} of {len(masks)} {'touches' if count == 1 else 'touch'} all "
         "four borders of the image: are black and white swapped? Non-zero pixels are the object"
     )
 
@@ -91,3 +87,7 @@ def center_notes(views: Iterable[CaptureView]) -> list[str]:
     lenses = dict.fromkeys(view.lens for view in views if view.picture.is_in_memory)
     notes = (principal_point_note("a camera", lens) for lens in lenses)
     return [note for note in notes if note is not None]
+
+
+def _touches_all_borders(mask: NDArray[np.uint8]) -> bool:
+    return all(border.any() for border in (mask[0], mask[-1], mask[:, 0], mask[:, -1]))

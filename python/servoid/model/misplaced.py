@@ -11,6 +11,10 @@ view. They are tried where the overlap is that small, so that a difficult object
 
 Two exchanged views fit a body of the other views badly as they are, and well if they change places.
 In the same captures 70 of 75 exchanged pairs are found, and no pair that was not exchanged.
+
+Few views are fitted well by a body of wrong poses too, so each is compared with a body of the
+others instead (`left_out`); and if that fits badly, and in no other order well, it is reported that
+nothing confirms their poses.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,18 +24,16 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid._native import (
-    Body,
-    ModelInput,
-    ModelSettings,
-    Pose,
-    View,
-    fit_body,
-    silhouette_ious,
-)
+from servoid._native import Body, ModelSettings, Pose, View, silhouette_ious
 from servoid.capture import CaptureView
-from servoid.errors import ModelError
-from servoid.model.running import Progress, ProgressCallback, run_core
+from servoid.model.left_out import (
+    CONFIRMED,
+    LEAST_LEFT_OUT,
+    MOST_LEFT_OUT,
+    overlap_left_out,
+    overlap_of_fit,
+)
+from servoid.model.running import Progress, ProgressCallback
 
 _GOOD = 0.9  # a mean overlap from which on the order is not doubted
 _HARDLY = 0.7  # a mean overlap from which on the convention of the poses is not doubted
@@ -42,6 +44,12 @@ _REORDERED = 0.8  # likewise for another order, which fits all views better
 _LEAST_VIEWS = 4
 _MOST_TRIED = 24  # views
 _TRIED_ELLIPSOIDS = 4
+_MOST_EXCHANGED = 6  # few views, up to which all pairs of them are tried
+_FEW = (
+    "nothing confirms the poses of these {count} views, and a body fits so few whether they are "
+    "right or wrong: {why}; check poses and masks, or add views from other sides: five to eight "
+    "usually suffice"
+)
 
 _ORDERS: tuple[tuple[str, Callable[[int, int], int]], ...] = (
     ("if each image takes the pose of the next line", lambda index, _: index + 1),
@@ -67,6 +75,7 @@ class Fitted:
     """A body, and how it fits its views.
 
     `native` are the `views` in the core's form, `ious` (V,) float64 their overlap with the body.
+    `is_checked` says that other views, or measured depth, contradict poses that are wrong.
     """
 
     body: Body
@@ -74,6 +83,7 @@ class Fitted:
     views: Sequence[CaptureView]
     native: Sequence[View]
     ious: NDArray[np.float64]
+    is_checked: bool = False
 
 
 def misplaced_notes(
@@ -83,16 +93,52 @@ def misplaced_notes(
 ) -> list[str]:
     """Report poses in another order than their images, or pairs of views that are exchanged.
 
-    `everywhere` are all views whose pose is known.
+    `everywhere` are all views whose pose is known. Poses that are as they should be in no way that
+    is tried, and not confirmed either, are reported where the views are few.
     """
+    if len(fitted.views) <= MOST_LEFT_OUT and not fitted.is_checked:
+        return _few_notes(fitted, everywhere, progress)
     if len(fitted.views) < _LEAST_VIEWS:
         return []
     order = None
     if float(fitted.ious.mean()) < _GOOD:
-        if progress is not None:
-            progress(Progress(0, 0.0, 1.0, "comparing the order of the poses"))
+        _tell(progress)
         order = _order_note(fitted, everywhere)
     return _exchanged_notes(fitted) if order is None else [order]
+
+
+def _tell(progress: ProgressCallback | None) -> None:
+    if progress is not None:
+        progress(Progress(0, 0.0, 1.0, "comparing the order of the poses"))
+
+
+def _few_notes(
+    fitted: Fitted, everywhere: Sequence[CaptureView], progress: ProgressCallback | None
+) -> list[str]:
+    """Report what is wrong with the poses of few views, or that nothing confirms them."""
+    count = len(fitted.views)
+    if count < LEAST_LEFT_OUT:
+        # One view alone has an assumed depth.
+        return [] if count < 2 else [_FEW.format(count=count, why="two views show no more")]
+    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, are_few=True)
+    before = tries.as_they_are()
+    if before >= CONFIRMED:
+        return []
+    _tell(progress)
+    found = _in_orders(everywhere, tries, before) + _in_conventions(tries, before)
+    if count <= _MOST_EXCHANGED and max(found)[0] < CONFIRMED:
+        found += [tries.exchanged(pair, before) for pair in combinations(range(count), 2)]
+    after, note = max(found)
+    if after >= CONFIRMED and 1.0 - after < _REORDERED * (1.0 - before):
+        return [note]
+    exchanged = _exchanged_notes(fitted) if count > _MOST_EXCHANGED else []
+    if exchanged:
+        return exchanged
+    why = (
+        f"a body of the others overlaps the mask of each by {before:.2f} on average (intersection "
+        f"over union), and by {CONFIRMED:g} and more where poses are right"
+    )
+    return [_FEW.format(count=count, why=why)]
 
 
 def _exchanged_notes(fitted: Fitted) -> list[str]:
@@ -131,12 +177,18 @@ class _Tries:
     used: Sequence[CaptureView]
     native: Sequence[View]
     settings: ModelSettings
+    are_few: bool
 
     @classmethod
     def of(
-        cls, used: Sequence[CaptureView], native: Sequence[View], settings: ModelSettings
+        cls,
+        used: Sequence[CaptureView],
+        native: Sequence[View],
+        settings: ModelSettings,
+        *,
+        are_few: bool = False,
     ) -> "_Tries":
-        """Choose views, at most so many that trying is quick."""
+        """Choose views, at most so many that trying is quick; few are compared each by itself."""
         some = np.unique(np.linspace(0, len(used) - 1, min(len(used), _MOST_TRIED)).round())
         tried = [int(one) for one in some]
         quick = ModelSettings(
@@ -146,11 +198,11 @@ class _Tries:
             threads=settings.threads,
             quick=True,
         )
-        return cls([used[one] for one in tried], [native[one] for one in tried], quick)
+        return cls([used[one] for one in tried], [native[one] for one in tried], quick, are_few)
 
     def as_they_are(self) -> float:
         """Return the mean overlap with the given poses."""
-        return _overlap(self.native, self.settings)
+        return self._overlap(self.native)
 
     def at(self, world_from_lens: Callable[[CaptureView], Pose | None]) -> float:
         """Return the mean overlap at other poses of the lenses, of which some may be unknown."""
@@ -159,16 +211,52 @@ class _Tries:
             for view, of in zip(self.native, self.used, strict=True)
         ]
         views = [view for view in posed if view is not None]
-        return _overlap(views, self.settings) if len(views) >= _LEAST_VIEWS else 0.0
+        least = LEAST_LEFT_OUT if self.are_few else _LEAST_VIEWS
+        return self._overlap(views) if len(views) >= least else 0.0
+
+    def exchanged(self, pair: tuple[int, int], before: float) -> tuple[float, str]:
+        """Return the mean overlap if two views change places, and what to report of it."""
+        changed = _exchanged(*(self.native[index] for index in pair))
+        if changed is None:
+            return 0.0, ""
+        views = list(self.native)
+        views[pair[0]], views[pair[1]] = changed
+        after = self._overlap(views)
+        one, other = (self.used[index].name for index in pair)
+        return after, (
+            f"{one} and {other} look exchanged: each with the other's pose, "
+            f"{self.words(after, before)}; exchange their masks and images, or their poses"
+        )
+
+    def words(self, after: float, before: float) -> str:
+        """Return what the mean overlap would be, and what it is."""
+        what = f"a body of {_TRIED_ELLIPSOIDS} ellipsoids overlaps the masks"
+        if self.are_few:
+            what = "a body of all others overlaps the mask of each view"
+        return f"{what} by {after:.2f} on average (intersection over union) instead of {before:.2f}"
+
+    def _overlap(self, views: Sequence[View]) -> float:
+        return (overlap_left_out if self.are_few else overlap_of_fit)(views, self.settings)
 
 
 def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView]) -> str | None:
     """Report poses in another order or convention, where that fits the masks far better."""
-    lenses = {(view.camera_name, view.index): view.world_from_lens for view in everywhere}
-    last = max(view.index for view in everywhere)
     tries = _Tries.of(fitted.views, fitted.native, fitted.settings)
     before = tries.as_they_are()
-    found = []
+    found = _in_orders(everywhere, tries, before)
+    if float(fitted.ious.mean()) < _HARDLY:
+        found += _in_conventions(tries, before)
+    after, note = max(found)
+    return note if 1.0 - after < _REORDERED * (1.0 - before) else None
+
+
+def _in_orders(
+    everywhere: Sequence[CaptureView], tries: _Tries, before: float
+) -> list[tuple[float, str]]:
+    """Return the overlap in each other order of the poses, and what to report of it."""
+    lenses = {(view.camera_name, view.index): view.world_from_lens for view in everywhere}
+    last = max(view.index for view in everywhere)
+    found: list[tuple[float, str]] = []
     for words, order in _ORDERS:
         after = tries.at(
             lambda of, order=order: lenses.get((of.camera_name, order(of.index, last)))
@@ -176,25 +264,23 @@ def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView]) -> str | None
         found.append(
             (
                 after,
-                f"images and poses do not belong together: {words}, {_overlaps(after, before)}; "
+                f"images and poses do not belong together: {words}, {tries.words(after, before)}; "
                 "compare the lines of the poses with the names of the images, and do not use the "
                 "body until then",
             )
         )
-    if float(fitted.ious.mean()) < _HARDLY:
-        found += _in_conventions(tries, before)
-    after, note = max(found)
-    return note if 1.0 - after < _REORDERED * (1.0 - before) else None
+    return found
 
 
 def convention_note(
     used: Sequence[CaptureView], native: Sequence[View], settings: ModelSettings
 ) -> str | None:
     """Report that views of which no body can be made have poses of another convention."""
-    if len(used) < _LEAST_VIEWS:
+    if len(used) < LEAST_LEFT_OUT:
         return None
-    after, note = max(_in_conventions(_Tries.of(used, native, settings), 0.0))
-    return note if after > _HARDLY else None
+    are_few = len(used) <= MOST_LEFT_OUT
+    after, note = max(_in_conventions(_Tries.of(used, native, settings, are_few=are_few), 0.0))
+    return note if after > (CONFIRMED if are_few else _HARDLY) else None
 
 
 def _in_conventions(tries: _Tries, before: float) -> list[tuple[float, str]]:
@@ -202,15 +288,8 @@ def _in_conventions(tries: _Tries, before: float) -> list[tuple[float, str]]:
     found: list[tuple[float, str]] = []
     for words, turned in _CONVENTIONS:
         after = tries.at(lambda of, turned=turned: turned(of.world_from_lens))
-        found.append((after, f"the poses look like {words}; then {_overlaps(after, before)}"))
+        found.append((after, f"the poses look like {words}; then {tries.words(after, before)}"))
     return found
-
-
-def _overlaps(after: float, before: float) -> str:
-    return (
-        f"a body of {_TRIED_ELLIPSOIDS} ellipsoids overlaps the masks by {after:.2f} on average "
-        f"(intersection over union) instead of {before:.2f}"
-    )
 
 
 def _exchanged(one: View, other: View) -> list[View] | None:
@@ -229,13 +308,3 @@ def _posed(view: View, of: CaptureView, world_from_lens: Pose | None) -> View | 
         return None
     pose = world_from_lens @ of.ideal.lens_from_camera
     return View(camera=view.camera, world_from_camera=pose, mask=view.mask)
-
-
-def _overlap(views: Sequence[View], settings: ModelSettings) -> float:
-    """Return the mean overlap of views with a body of them; 0 if they make none."""
-    given = ModelInput(views=views)
-    try:
-        steps = run_core(lambda report: fit_body(given, settings, report), None)
-    except ModelError:
-        return 0.0
-    return float(silhouette_ious(steps[-1].body, views).mean())

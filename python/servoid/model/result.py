@@ -1,7 +1,7 @@
 """The result of modelling."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -85,7 +85,8 @@ class ModelResult:
     `used_views` and `unused_views`; `native_used` and `native_unused` are the same views in the
     core's form. `range_samples` are the measured points. `surface` is what was seen of the surface,
     None where all of it is known. `notes` are messages for the user, and `doubts` those of them
-    on what the targets found. `targets` is how the object was marked. `seconds` is the duration of
+    that say why the body may be wrong although its views fit it: what a target found, masks, poses,
+    units or the calibration. `targets` is how the object was marked. `seconds` is the duration of
     the whole call.
     """
 
@@ -118,7 +119,7 @@ class ModelResult:
         views = (*self.used_views, *self.unused_views)
         ious = (*self.iou_used.tolist(), *self.iou_unused.tolist())
         named = [(view.name, iou) for view, iou in zip(views, ious, strict=True)]
-        return rate_body(named, self.fitness)
+        return rate_body(named, self.fitness, self.all_doubts)
 
     @cached_property
     def iou_by_count(self) -> IouByCount:
@@ -129,18 +130,31 @@ class ModelResult:
             unused=_mean_ious(self.steps, self.native_unused),
         )
 
+    @cached_property
+    def all_doubts(self) -> tuple[str, ...]:
+        """Return all reasons why the body may be wrong, including views that it does not fit."""
+        return (*self.doubts, *self._misfits())
+
     @property
     def all_notes(self) -> tuple[str, ...]:
         """Return all messages for the user, including those on poor fit and unseen surface."""
         unseen = None if self.coverage is None else self.coverage.note()
-        used, unused = (
-            misfit_notes(kind, [view.name for view in views], ious)
+        return (*self.notes, *self._misfits(), *([] if unseen is None else [unseen]))
+
+    def _misfits(self) -> list[str]:
+        return [
+            note
             for kind, views, ious in (
                 ("used", self.used_views, self.iou_used),
                 ("unused", self.unused_views, self.iou_unused),
             )
-        )
-        return (*self.notes, *used, *unused, *([] if unseen is None else [unseen]))
+            for note in misfit_notes(kind, [view.name for view in views], ious)
+        ]
+
+    def doubted(self, doubts: Iterable[str | None]) -> "ModelResult":
+        """Return the result with these doubts before its own; None is none."""
+        told = tuple(doubt for doubt in doubts if doubt is not None)
+        return replace(self, notes=(*told, *self.notes), doubts=(*told, *self.doubts))
 
     def save(self, path: str | Path, appearance: bytes | None = None) -> None:
         """Write the body, its colours and how it was made to a JSON file.

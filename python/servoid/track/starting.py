@@ -11,7 +11,7 @@ from servoid import model
 from servoid._native import Body, Estimate, Pose, View, poses_from_masks
 from servoid.capture import Capture, CaptureView
 from servoid.errors import ModelError, TargetError, TrackError
-from servoid.model import center_notes, find_everywhere, mark, views_meant
+from servoid.model import center_notes, find_everywhere, mark, swapped_note, views_meant
 from servoid.segment import Target
 from servoid.shape import body_size_note, placed
 from servoid.source import Instant, cameras_of
@@ -223,21 +223,23 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
             masks=masks,
             colors=made.colors,
             notes=made.all_notes,
-            doubts=made.doubts,
+            doubts=made.all_doubts,
         )
     size = body_size_note(subject.body)
     seen = (view for view in usable.all_views() if view.index == instant.index)
-    notes: tuple[str, ...] = (*(() if size is None else (size,)), *center_notes(seen))
-    known = _Known(subject.body, subject.start, None, subject.colors, notes)
+    doubts: tuple[str, ...] = (*(() if size is None else (size,)), *center_notes(seen))
+    known = _Known(subject.body, subject.start, None, subject.colors, doubts, doubts=doubts)
     if subject.targets or any(view.index == instant.index for view in usable.views()):
         marked = mark(usable, subject.targets, only, trusted=request.trust_targets)
         # A mask in a single camera does not determine the distance of the object.
         views = marked.views if subject.start is not None else find_everywhere(marked, modelling)
+        swapped = swapped_note([view.mask() for view in marked.views])
+        doubts = (*doubts, *marked.doubts, *(() if swapped is None else (swapped,)))
         known = replace(
             known,
             masks=_masks(usable, views),
-            notes=(*notes, *marked.notes),
-            doubts=marked.doubts,
+            notes=(*doubts, *marked.notes),
+            doubts=doubts,
         )
     if subject.start is None:
         pose, *others = _placed(capture, instant, subject, known.masks, request.seed) or (None,)

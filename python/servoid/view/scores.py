@@ -1,5 +1,6 @@
 """Scores views, for the pictures and sentences of the report."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,12 +48,15 @@ def mean_iou(scored: list[ScoredView], *, used: bool) -> float | None:
     return float(np.mean(ious)) if ious else None
 
 
-def verdict(rated: ModelVerdict, scored: list[ScoredView]) -> list[str]:
-    """Return sentences: whether a body is good, and which views it does not explain."""
+def verdict(rated: ModelVerdict, scored: list[ScoredView], doubts: Sequence[str] = ()) -> list[str]:
+    """Return sentences: whether a body is good, its doubts, and which views it does not explain."""
     words = rated.words[0].upper() + rated.words[1:]
     if not scored:
         return [f"{words}."]
-    sentences = [f"{words}, measured by the IoU of mask and silhouette."]
+    sentences = [
+        f"{words}, measured by the IoU of mask and silhouette.",
+        *(f"In doubt: {doubt}." for doubt in doubts),
+    ]
     poor = sorted((one for one in scored if one.iou < GOOD_IOU), key=lambda one: one.iou)
     if poor:
         names = ", ".join(one.view.name for one in poor[:_MOST_NAMED])

@@ -12,7 +12,7 @@ from servoid.camera import Camera, Lens, read_mask, undistortion
 from servoid.capture import View, open_capture
 from servoid.errors import CameraError, DoubtError, MaskError, MeshError
 from servoid.model import fit, fit_mesh
-from servoid.model.misfit import misfit_notes, swapped_note, touches_all_borders
+from servoid.model.misfit import misfit_notes, swapped_note
 from servoid.pose import Pose
 from servoid.segment import BoxTarget, find_object, find_with_doubts, finding
 
@@ -82,10 +82,11 @@ def test_masks_whose_black_and_white_are_swapped_are_told(
 def test_an_object_at_some_borders_is_no_swapped_mask() -> None:
     mask = np.zeros((6, 8), np.uint8)
     mask[:, 2] = mask[3, :3] = 255
-    assert not touches_all_borders(mask)
-    assert touches_all_borders(255 - mask)
-    assert swapped_note([True, True, False, False]) is None
-    assert "1 mask of 1 touches all four borders" in str(swapped_note([True]))
+    swapped = np.asarray(255 - mask, np.uint8)
+    assert swapped_note([mask]) is None
+    assert swapped_note([swapped, swapped, mask, mask]) is None
+    assert "1 mask of 1 touches all four borders" in str(swapped_note([swapped]))
+    assert "2 masks of 3 touch all four borders" in str(swapped_note([swapped, mask, swapped]))
 
 
 def test_views_that_all_have_one_pose_are_refused(

@@ -4,59 +4,18 @@ import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import cv2
-import numpy as np
 import pytest
+from commands import Command
+from toys import VIEWS, roughened, seen, toy
 
-from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, DrawnEllipsoid
-from servoid.camera import Camera
 from servoid.capture import View, open_capture
 from servoid.errors import ModelError
 from servoid.model import fit, fit_capture
 from servoid.pose import Pose
 
-CAMERA = Camera(size_px=SIZE_PX, focal_px=(FOCAL_PX, FOCAL_PX), center_px=CENTER_PX)
 NEXT = "if each image takes the pose of the next line"
 BACK = "if each image takes the pose of the line before"
 REVERSED = "if the poses are taken in reversed order"
-VIEWS = 11
-
-
-def toy(seed: int) -> Drawing:
-    """Return three ellipsoids at random, and cameras around them."""
-    rng = np.random.default_rng(seed)
-    parts = tuple(
-        DrawnEllipsoid(
-            tuple(np.array([0.0, 0.0, 0.04]) + rng.uniform(-0.04, 0.04, 3)),  # type: ignore[arg-type]
-            tuple(rng.uniform(0.012, 0.05, 3)),  # type: ignore[arg-type]
-            tuple(rng.uniform(-90.0, 90.0, 3)),  # type: ignore[arg-type]
-            (200, 40, 30),
-        )
-        for _ in range(3)
-    )
-    return Drawing(parts, views=VIEWS)
-
-
-def roughened(views: Sequence[View], seed: int) -> list[View]:
-    """Return views with poses and masks as they come from hand-held photographs."""
-    rng = np.random.default_rng(seed)
-    rough = []
-    for view in views:
-        mask = view.mask.copy()
-        rows, columns = np.nonzero(mask)
-        at = rng.integers(len(rows))
-        cv2.circle(mask, (int(columns[at]), int(rows[at])), 4, 0, -1)
-        off = Pose.exp([*rng.normal(0.0, 0.001, 3), *rng.normal(0.0, 0.004, 3)])
-        pose = view.world_from_camera @ off
-        rough.append(View(camera=view.camera, world_from_camera=pose, mask=mask))
-    return rough
-
-
-def seen(drawing: Drawing) -> list[View]:
-    poses = drawing.world_from_cameras()
-    return [
-        View(camera=CAMERA, world_from_camera=Pose(pose), mask=drawing.mask(pose)) for pose in poses
-    ]
 
 
 def with_masks_of(views: Sequence[View], order: Sequence[int]) -> list[View]:
@@ -148,7 +107,7 @@ def test_a_poses_csv_in_another_order_is_told_in_the_summary(
     done = servoid_command("model", folder, "--out", tmp_path / "body.json")
     assert done.code == 0, done.err
     words = " ".join(done.out.split())
-    assert "note images and poses do not belong together: if " in words
+    assert "doubt images and poses do not belong together: if " in words
     assert (REVERSED if fault == "reversed" else BACK) in words
 
 

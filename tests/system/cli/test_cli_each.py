@@ -1,5 +1,6 @@
 """`servoid model --each`, through the command line."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -68,7 +69,9 @@ def test_each_capture_has_the_notes_that_it_has_alone(
     alone = servoid_command("model", folder / "bird", "--out", tmp_path / "bird.json", *FAST)
     assert ran.code == alone.code == 0
     words, own = (" ".join(done.out.split()) for done in (ran, alone))
-    notes = [part.split(" note ")[0].strip() for part in own.split(" note ")[1:]]
+    notes = [
+        one.strip() for one in re.findall(r" (?:note|doubt) (.+?)(?= ellipsoids | note |$)", own)
+    ]
     assert len(notes) >= 2
     assert any("black and white swapped" in note for note in notes)
     for note in notes:

@@ -86,7 +86,7 @@ def _bounds(part: slice) -> tuple[int | None, int | None, int | None]:
 def _print_table(trials: Mapping[str, Done]) -> None:
     """Print a line for each capture, and below them their notes and why some failed."""
     width = max(map(len, trials))
-    typer.echo(f"  {'':{width}}  ellipsoids  IoU used  unused  seconds")
+    typer.echo(f"  {'':{width}}  verdict  ellipsoids  IoU used  unused  seconds")
     for name, done in trials.items():
         row = done.row
         if row is None:
@@ -94,7 +94,7 @@ def _print_table(trials: Mapping[str, Done]) -> None:
             continue
         used, unused = _known(row.iou_used), _known(row.iou_unused)
         figures = f"{row.ellipsoids:10}  {used:>8}  {unused:>6}  {row.seconds:7.1f}"
-        typer.echo(f"  {name:{width}}  {figures}")
+        typer.echo(f"  {name:{width}}  {row.verdict or '':7}  {figures}")
     for name, done in trials.items():
         if done.row is None:
             typer.echo(f"  {name}: {done.failure}")

@@ -165,7 +165,6 @@ def _fit(order: ModelOrder, targets: list[Target], *, trusted: bool) -> ModelRes
         )
         # Before the views are read, because both together would not fit into memory.
         doubt = doubt_calibration(opened.capture, is_assumed=order.known.baseline_m is not None)
-        doubts = () if doubt is None else (doubt,)
         chosen = {"observations": order.observations, "views": order.chosen}
         if order.method is Method.region:
             made = fit_capture(
@@ -175,7 +174,8 @@ def _fit(order: ModelOrder, targets: list[Target], *, trusted: bool) -> ModelRes
             raise OptionError("--distance does not apply to the paper's method; leave it out")
         else:
             made = fit_capture_by_paper(opened.capture, request, targets=targets, **chosen)
-        return replace(made, notes=(*doubts, *opened.capture.notes, *made.notes, *opened.notes))
+        noted = replace(made, notes=(*opened.capture.notes, *made.notes, *opened.notes))
+        return noted.doubted([doubt])
 
 
 def _fit_shape(

@@ -25,6 +25,8 @@ def print_summary(source: str, result: ModelResult, out: Path, pictures: Sequenc
 
 def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[Row]:
     yield from wrapped("verdict", result.verdict.words, _VALUE_WIDTH)
+    for doubt in result.all_doubts:
+        yield from wrapped("doubt", doubt, _VALUE_WIDTH)
     yield "ellipsoids", str(len(result.body))
     yield "fitness F", f"{result.fitness:.4f}"
     if result.used_views:
@@ -40,7 +42,8 @@ def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[
     for index, picture in enumerate(pictures):
         yield "" if index else "report", str(picture)
     for note in result.all_notes:
-        yield from wrapped("note", note, _VALUE_WIDTH)
+        if note not in result.all_doubts:
+            yield from wrapped("note", note, _VALUE_WIDTH)
 
 
 def _ious(kind: str, views: Sequence[CaptureView], ious: NDArray[np.float64]) -> str:

@@ -57,13 +57,14 @@ def html_page(
 ) -> bytes:
     """Return the page. `pictures` are PNG files; the page begins with `source` and `notes`."""
     scored = scored_views(result)
+    doubts = result.all_doubts
     count = len(result.body)
     parts = {
         "title": f"A body of {counted(count, 'ellipsoid')}",
         "origin": origin(source),
-        "verdict": verdict_list(verdict(result.verdict, scored)),
+        "verdict": verdict_list(verdict(result.verdict, scored, doubts)),
         "words": paragraphs(list(_words(result, scored))),
-        "notes": notes_list(notes),
+        "notes": notes_list([note for note in notes if note not in doubts]),
         "legend": _legend(scored),
         "hidden": "" if scored else " hidden",
         "pictures": "\n".join(

@@ -50,7 +50,11 @@ def summarise(result: ModelResult) -> dict[str, Any]:
     scored = scored_views(result)
     ious = result.iou_by_count
     steps = zip(result.steps, ious.used, ious.unused, strict=True)
+    verdict = result.verdict
     return {
+        "verdict": verdict.word,
+        "reason": verdict.reason,
+        "doubts": list(result.all_doubts),
         "count": len(result.body),
         "fitness": result.fitness,
         "seconds": result.seconds,

@@ -14,6 +14,7 @@ from servoid.capture.capture_file import (
     read_versioned,
 )
 from servoid.capture.exchanged import check_measurable, check_not_exchanged
+from servoid.capture.moving_rig import doubt_rig_poses
 from servoid.capture.opening import count_uncalibrated, open_capture
 from servoid.capture.shrinking import shrunk
 
@@ -28,6 +29,7 @@ __all__ = [
     "capture_of",
     "count_uncalibrated",
     "doubt_calibration",
+    "doubt_rig_poses",
     "open_capture",
     "shrunk",
     "views_of",

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Estimate, Pose
+from servoid.pose import exact
 from servoid.words import by_kind, counted
 
 # The minimum share of tracked observations for each word.
 _VERDICTS = (("good", 0.95), ("rough", 0.7), ("poor", 0.0))
+_LEAST_JUDGED = 5  # observations after the first, where the object was shown
 _NOWHERE = (
     "no image after the first confirms a pose: the views may differ too much from one to the next, "
     "or the first pose is wrong; then give another --start, or mark the object in the first "
@@ -63,7 +65,8 @@ class TrackResult:
     image to the first estimate, modelling included; `overlap` is the intersection over union of the
     body's outline and the masks of the first observation, their mean, None without masks. `doubts`
     are those of the notes that doubt the mask, the body or the pose of the start;
-    `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`.
+    `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, or
+    the poses of a rig that moves, by `capture.doubt_rig_poses`.
     """
 
     name: str
@@ -98,11 +101,12 @@ class TrackResult:
 
     @property
     def verdict(self) -> str:
-        """Return whether the tracking is good, rough or poor, as its report begins."""
+        """Return whether the tracking is good, rough, poor or unknown, as its report begins."""
         # Good poses may be those of another object, or wrong by a wrong scale.
         is_doubted = self.doubts or self.calibration_doubt is not None
         allowed = _VERDICTS[1:] if is_doubted else _VERDICTS
-        return next(word for word, least in allowed if self.tracked_share >= least)
+        word = next(word for word, least in allowed if self.tracked_share >= least)
+        return "unknown" if word == _VERDICTS[0][0] and self._is_short else word
 
     @property
     def reasons(self) -> list[str]:
@@ -113,7 +117,25 @@ class TrackResult:
             reasons.append("the calibration is in doubt")
         if away:
             reasons.append(f"not tracked in {away} of {counted(len(self), 'observation')}")
+        if self.verdict == "unknown":
+            after = counted(len(self) - 1, "observation")
+            reasons.append(f"only {after} after the first; {_LEAST_JUDGED} show how good it is")
         return reasons
+
+    @property
+    def _is_short(self) -> bool:
+        return len(self) <= _LEAST_JUDGED
+
+    def ball_at(self, index: int) -> tuple[NDArray[np.float64], float] | None:
+        """Return a ball around the object in an observation: its centre in the world, its radius.
+
+        None if the observation was not tracked.
+        """
+        found = next((one.estimate for one in self.tracked if one.index == index), None)
+        if found is None:
+            return None
+        reach = exact.lengths(self.body.centers) + self.body.radii.max(axis=1)
+        return np.array(found.world_from_object.translation), float(reach.max())
 
     @property
     def nowhere(self) -> str | None:

@@ -56,8 +56,8 @@ def test_a_box_says_so_if_another_camera_cannot_tell_its_depth(tmp_path: Path) -
     capture = open_capture(folder)
     rows, columns = np.nonzero(capture.views()[0].mask())
     box = BoxTarget(columns.min() - 3, rows.min() - 3, columns.max() + 3, rows.max() + 3)
-    assert mark(capture, [box]).notes == ()
+    assert mark(capture, [box]).doubts == ()
     _, other = capture.all_views()
     other.image_path.write_bytes(other.image_path.read_bytes()[:500])
-    notes = " ".join(mark(capture, [box], trusted=True).notes)
+    notes = " ".join(mark(capture, [box], trusted=True).doubts)
     assert "no depth from" in notes and other.image_path.name in notes

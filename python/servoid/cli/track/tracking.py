@@ -23,7 +23,7 @@ from servoid.cli.track.track_summary import notes_on, print_track_summary
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange.bags.writing import check_mcap, check_mcap_suffix
-from servoid.opening import SourceWord, doubt_calibration, parse_source
+from servoid.opening import SourceWord, doubt_calibration, doubt_rig_poses, parse_source
 from servoid.output import check_file
 from servoid.record import (
     check_suffix,
@@ -88,6 +88,11 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
     files = _write(order, results, reports)  # first: an interrupt of what follows loses no pose
     is_assumed = order.known.baseline_m is not None
     doubt = doubt_calibration(footage.capture, is_assumed=is_assumed)
+    if doubt is None:
+        doubt = doubt_rig_poses(
+            footage.capture,
+            lambda index: [ball for one in results if (ball := one.ball_at(index)) is not None],
+        )
     results = [replace(one, calibration_doubt=doubt) for one in results]
     lacking += [] if doubt is None else [doubt]
     if reports is not None:

@@ -1,0 +1,258 @@
+"""Checks whether images contradict the poses of a rig that moves, such as that of eyes on an arm.
+
+What two cameras see at one instant has a place in space. Where it is at rest, a later image has it
+where the rig's poses predict it. In a recorded rig that moves, right poses predict 94 % and more of
+the features, and poses that are inverted, in millimetres, of another order or two lines late none.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from servoid._native import Lens, Pose
+from servoid.camera import Recorded
+from servoid.capture.capture import Capture, CaptureCamera
+from servoid.capture.matched_features import PosedPicture, match_features
+from servoid.pose import Floats, exact
+from servoid.words import digits
+
+Balls = Callable[[int], Sequence[tuple[Floats, float]]]
+"""What may move: for an observation, the centres, (3,) in the world, and the radii of balls."""
+
+_PLACES = 4  # in the recording, at which two instants are compared
+_NEARER = 4  # times, if the images of two instants have nothing in common
+_FIRST_OF_VIDEO = 30  # images that are compared: later ones take long to decode
+_LEAST = 20  # features of two instants
+_LEAST_COMPARED = 2  # pairs of instants
+_OFF_PX = 8.0  # at 1000 px of diagonal: a hand-eye calibration is usually nearer than this
+_NOISE_PX = 1.0  # at 1000 px of diagonal: of a disparity
+_MOST_ENLARGED = 8.0  # times, by a shift that is as much longer than the baseline
+_HALF = 0.5
+_EXPLAINED_PX = 2.0  # at 1000 px of diagonal: nearer, other poses explain the images
+_ASIDE = 1.2  # of a ball's radius: features of what may move
+_MOST_LATE = 10  # lines
+_MILLI = 0.001
+_CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """What a rig saw at one instant, and where it was at another.
+
+    `points` (N, 3) are places in the frame of the first camera at instant `indices[0]`, and `rays`
+    (N, 3) unit vectors to them from it at `indices[1]`.
+    """
+
+    indices: tuple[int, int]
+    points: Floats
+    rays: Floats
+
+    def off_rad(self, one: Pose, other: Pose) -> Floats:
+        """Return by how much features are off if the camera moved from one pose to the other."""
+        moved = (other.inverse() @ one).matrix()
+        points = exact.product(self.points, np.ascontiguousarray(moved[:3, :3].T)) + moved[:3, 3]
+        across = exact.lengths(np.cross(points, self.rays)) / exact.lengths(points)
+        return np.where((points * self.rays).sum(axis=1) > 0.0, across, np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rig:
+    """The first camera of a rig: its poses, how it is mounted, and what the rig saw."""
+
+    world_from_rig: Sequence[Pose]
+    rig_from_camera: Pose
+    lens: Lens
+    baseline_m: float
+    seen: Sequence[_Seen]
+
+    def offs_px(self, world_from_rig: Sequence[Pose]) -> tuple[list[Floats], list[float]]:
+        """Return how far features are off with these poses, (N,) px, and by how much they may."""
+        unit_px = exact.hypot(*map(float, self.lens.size_px)) / 1000.0
+        offs, allowed = [], []
+        for seen in self.seen:
+            one, other = (world_from_rig[index] @ self.rig_from_camera for index in seen.indices)
+            offs.append(self.lens.focal_px[0] * seen.off_rad(one, other))
+            shift_m = exact.norm(np.subtract(other.translation, one.translation))
+            enlarged = min(shift_m / self.baseline_m, _MOST_ENLARGED)
+            allowed.append(unit_px * (_OFF_PX + _NOISE_PX * enlarged))
+        return offs, allowed
+
+    def usual_px(self, world_from_rig: Sequence[Pose]) -> float:
+        """Return how far features are off: of each pair the median, and of these the median.
+
+        Of a shift in time, the first or the last pair has no poses.
+        """
+        return float(np.median([np.median(off) for off in self.offs_px(world_from_rig)[0]]))
+
+    def agreeing(self, world_from_rig: Sequence[Pose]) -> list[float]:
+        """Return the share of features that are where poses predict them, for each pair."""
+        offs, allowed = self.offs_px(world_from_rig)
+        return [float(np.mean(off < most)) for off, most in zip(offs, allowed, strict=True)]
+
+
+def doubt_rig_poses(capture: Capture, may_move: Balls | None = None) -> str | None:
+    """Return a message if images contradict the poses of a recorded rig that moves, else None.
+
+    Two cameras are needed, and most of what they see must be at rest, apart from `may_move`.
+    """
+    rig = _rig(capture, may_move or (lambda _: ()))
+    if rig is None or len(rig.seen) < _LEAST_COMPARED:
+        return None
+    agreeing = rig.agreeing(rig.world_from_rig)
+    if not _contradicts(agreeing):
+        return None
+    offs = np.concatenate(rig.offs_px(rig.world_from_rig)[0])
+    count, off_px = len(offs), float(np.median(offs))
+    how = f"{digits(round(off_px))} px off" if np.isfinite(off_px) else "behind the camera"
+    fits = round(sum(share * len(one.rays) for share, one in zip(agreeing, rig.seen, strict=True)))
+    return (
+        f"the images contradict the poses of the rig: of {count} features of its surroundings, "
+        f"{fits} are where the poses of a later observation predict them, and half are {how} or "
+        f"more; {_cure(rig)}"
+    )
+
+
+def _contradicts(agreeing: Sequence[float]) -> bool:
+    against = sum(share < _HALF for share in agreeing)
+    return against >= _LEAST_COMPARED and 2 * against >= len(agreeing)
+
+
+def _cure(rig: _Rig) -> str:
+    """Say with which poses the images agree, or what to check if there are none."""
+    unit_px = exact.hypot(*map(float, rig.lens.size_px)) / 1000.0
+    tried = [(rig.usual_px(poses), words, poses) for words, poses in _others(rig.world_from_rig)]
+    off_px, words, poses = min(tried, key=lambda one: one[0])
+    if off_px < _EXPLAINED_PX * unit_px:
+        return f"{words} {100.0 * float(np.median(rig.agreeing(poses))):.0f} % would be"
+    return (
+        "check that they are world_from_rig, in metres, and of the same times as the images, and "
+        "how the cameras are mounted (hand-eye calibration)"
+    )
+
+
+def _others(poses: Sequence[Pose]) -> Iterator[tuple[str, Sequence[Pose]]]:
+    """Yield other poses that may be meant, after what to do."""
+    yield (
+        "invert them: they look like rig_from_world, with which",
+        [pose.inverse() for pose in poses],
+    )
+    yield (
+        "change the signs of the second and the third column of each rotation: they look like "
+        "those of cameras with y up and z backwards, with which",
+        [pose @ _CV_FROM_GL for pose in poses],
+    )
+    yield (
+        "write x, y and z in metres: they look like millimetres, with which",
+        [Pose.from_parts(_MILLI * np.array(pose.translation), pose.quaternion) for pose in poses],
+    )
+    yield (
+        "write the quaternion as qw, qx, qy, qz: it looks like qx, qy, qz, qw, with which",
+        [Pose.from_parts(pose.translation, np.roll(pose.quaternion, 1)) for pose in poses],
+    )
+    last = len(poses) - 1
+    for late in range(1, _MOST_LATE + 1):
+        for lines, side in ((late, "later"), (-late, "earlier")):
+            yield (
+                f"compare their times with those of the images: with the poses of {late} "
+                f"{'line' if late == 1 else 'lines'} {side}",
+                [poses[min(max(index + lines, 0), last)] for index in range(last + 1)],
+            )
+
+
+def _rig(capture: Capture, may_move: Balls) -> _Rig | None:
+    """Return what a rig that moves saw at pairs of instants; None if it does not move."""
+    poses = capture.world_from_rig
+    if not capture.is_recording or len(capture.cameras) < 2 or len(poses) < 2:
+        return None
+    if all(pose == poses[0] for pose in poses):
+        return None
+    first, second = capture.cameras[:2]
+    from_second = first.rig_from_camera.inverse() @ second.rig_from_camera
+    baseline_m = exact.norm(np.array(from_second.translation))
+    if not baseline_m > 0.0:
+        return None
+    count = len(poses)
+    if any(picture is not None and picture.index is not None for picture in first.pictures[:1]):
+        count = min(count, _FIRST_OF_VIDEO)
+    places = np.unique(np.linspace(0, count - 1, _PLACES + 1).round().astype(int)).tolist()
+    seen = []
+    for begin, end in pairwise(places):
+        for other in (end, begin + max((end - begin) // _NEARER, 1)):
+            one = _seen((first, second), from_second, (begin, other))
+            if one is not None:
+                world_from_both = [poses[index] @ first.rig_from_camera for index in one.indices]
+                seen.append(_at_rest(one, world_from_both, [may_move(i) for i in one.indices]))
+                break
+    kept = [one for one in seen if len(one.rays) >= _LEAST]
+    return _Rig(poses, first.rig_from_camera, first.lens, baseline_m, kept)
+
+
+def _seen(
+    cameras: tuple[CaptureCamera, CaptureCamera], from_second: Pose, indices: tuple[int, int]
+) -> _Seen | None:
+    """Locate features by two cameras at an instant, and find them at another; None if too few."""
+    here, beside, later = (
+        _posed(camera, index)
+        for camera, index in zip((*cameras, cameras[0]), (indices[0], *indices), strict=True)
+    )
+    if here is None or beside is None or later is None:
+        return None
+    located = match_features(here, beside, from_second.inverse())
+    again = None if located is None else match_features(here, later, Pose.exp(np.zeros(6)))
+    if located is None or again is None:
+        return None
+    places = {tuple(pixel): row for row, pixel in enumerate(located.first_px.tolist())}
+    both = [
+        (places[tuple(pixel)], row)
+        for row, pixel in enumerate(again.first_px.tolist())
+        if tuple(pixel) in places
+    ]
+    if len(both) < _LEAST:
+        return None
+    rows = np.array(both)
+    pixels = [px[rows[:, 0]] for px in (located.first_px, located.second_px)]
+    points = _points(located.lenses, pixels, from_second)
+    rays = _rays(cameras[0].lens, again.second_px[rows[:, 1]])
+    is_ahead = np.isfinite(points).all(axis=1) & (points[:, 2] > 0.0)
+    return _Seen(indices, points[is_ahead], rays[is_ahead])
+
+
+def _posed(camera: CaptureCamera, index: int) -> PosedPicture | None:
+    picture = camera.pictures[index]
+    size_px = camera.lens.size_px
+    return None if picture is None else PosedPicture(picture, camera.lens, Recorded(size_px))
+
+
+def _points(lenses: tuple[Lens, Lens], pixels: Sequence[Floats], from_second: Pose) -> Floats:
+    """Return where the rays of two cameras come closest, (N, 3) in the first one's frame."""
+    one, other = (_rays(lens, part) for lens, part in zip(lenses, pixels, strict=True))
+    matrix = from_second.matrix()
+    other = exact.product(other, np.ascontiguousarray(matrix[:3, :3].T))
+    across = np.cross(one, other)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = (np.cross(matrix[:3, 3], other) * across).sum(axis=1) / np.square(across).sum(axis=1)
+        return one * along[:, None]
+
+
+def _at_rest(
+    seen: _Seen,
+    world_from_both: Sequence[Pose],
+    may_move: Sequence[Sequence[tuple[Floats, float]]],
+) -> _Seen:
+    """Return what was seen without what is in front of or behind balls that may move."""
+    kept = np.ones(len(seen.rays), np.bool_)
+    looks = (seen.points / exact.lengths(seen.points)[:, None], seen.rays)
+    for rays, pose, balls in zip(looks, world_from_both, may_move, strict=True):
+        camera_from_world = pose.inverse().matrix()
+        for center, radius in balls:
+            at = exact.product(camera_from_world[:3, :3], center) + camera_from_world[:3, 3]
+            beside = exact.lengths(np.cross(rays, at))
+            kept &= (beside > _ASIDE * radius) | ((rays * at).sum(axis=1) < 0.0)
+    return _Seen(seen.indices, seen.points[kept], seen.rays[kept])
+
+
+def _rays(lens: Lens, pixels: Floats) -> Floats:
+    rays = lens.rays(pixels)
+    return rays / exact.lengths(rays)[:, None]

@@ -1,0 +1,138 @@
+"""Poses of a rig that moves are contradicted by what is at rest around it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recordings import run_servoid
+
+from servoid.capture import Capture, doubt_rig_poses, open_capture
+from servoid.pose import Pose
+from servoid.sim import Scenario, write_moving_sample
+
+DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
+CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
+COUNT = 25
+
+
+def late(lines: int) -> Callable[[Sequence[Pose]], list[Pose]]:
+    return lambda poses: [poses[max(index - lines, 0)] for index in range(len(poses))]
+
+
+FAULTS: dict[str, tuple[Callable[[Sequence[Pose]], list[Pose]], str]] = {
+    "inverted": (
+        lambda poses: [pose.inverse() for pose in poses],
+        "invert them: they look like rig_from_world, with which 100 % would be",
+    ),
+    "y up": (
+        lambda poses: [pose @ CV_FROM_GL for pose in poses],
+        "those of cameras with y up and z backwards, with which 100 % would be",
+    ),
+    "millimetres": (
+        lambda poses: [
+            Pose.from_parts(1000.0 * np.array(pose.translation), pose.quaternion) for pose in poses
+        ],
+        "they look like millimetres, with which 100 % would be",
+    ),
+    "qw last": (
+        lambda poses: [
+            Pose.from_parts(pose.translation, np.roll(pose.quaternion, -1)) for pose in poses
+        ],
+        "it looks like qx, qy, qz, qw, with which 100 % would be",
+    ),
+    "late": (late(7), "compare their times with those of the images: with the poses of 7 lines"),
+    "reversed": (
+        lambda poses: list(poses)[::-1],
+        "check that they are world_from_rig, in metres, and of the same times as the images",
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def moving(tmp_path_factory: pytest.TempPathFactory) -> Capture:
+    """Return what a hand's cameras recorded while the hand moved around an object at rest."""
+    folder = tmp_path_factory.mktemp("moving") / "hand"
+    write_moving_sample(folder, Scenario(count=COUNT, size="small", hand=True))
+    return open_capture(folder)
+
+
+def with_fault(capture: Capture, fault: str) -> Capture:
+    return replace(capture, world_from_rig=tuple(FAULTS[fault][0](capture.world_from_rig)))
+
+
+def test_right_poses_of_a_moving_rig_are_not_doubted(moving: Capture) -> None:
+    assert doubt_rig_poses(moving) is None
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_wrong_poses_of_a_moving_rig_are_doubted_and_what_is_wrong_is_named(
+    fault: str, moving: Capture
+) -> None:
+    doubt = doubt_rig_poses(with_fault(moving, fault))
+    assert doubt is not None
+    assert doubt.startswith("the images contradict the poses of the rig: of ")
+    assert FAULTS[fault][1] in doubt
+
+
+def test_a_rig_at_rest_one_camera_and_photographs_are_not_examined(
+    moving: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("servoid.capture.moving_rig.match_features", None)  # none is called
+    wrong = with_fault(moving, "inverted")
+    assert (
+        doubt_rig_poses(replace(moving, world_from_rig=moving.world_from_rig[:1] * COUNT)) is None
+    )
+    assert doubt_rig_poses(replace(wrong, cameras=wrong.cameras[:1])) is None
+    assert doubt_rig_poses(replace(wrong, rate_hz=None)) is None
+
+
+def test_what_is_seen_on_what_may_move_says_nothing(moving: Capture) -> None:
+    wrong = with_fault(moving, "inverted")
+    asked: list[int] = []
+
+    def all_of_it(index: int) -> list[tuple[np.ndarray, float]]:
+        asked.append(index)
+        ahead = wrong.world_from_rig[index] @ wrong.cameras[0].rig_from_camera
+        return [(ahead.matrix()[:3, :3] @ [0.0, 0.0, 1.0] + ahead.translation, 0.9)]
+
+    assert doubt_rig_poses(wrong, all_of_it) is None
+    assert set(asked) <= set(range(COUNT)) and len(asked) >= 4
+    behind = [(np.array([0.0, 0.0, 50.0]), 0.1)]
+    assert doubt_rig_poses(wrong, lambda _: behind) is not None
+
+
+def test_a_track_with_wrong_poses_of_its_rig_is_not_good(moving: Capture, tmp_path: Path) -> None:
+    folder = Path(moving.path).parent if Path(moving.path).is_file() else Path(moving.path)
+    table = folder / "poses.csv"
+    right = table.read_text()
+    for fault, word in ((None, "good"), ("inverted", "rough")):
+        if fault is not None:
+            header, *lines = right.splitlines()
+            poses = with_fault(moving, fault).world_from_rig
+            rows = [
+                ",".join([line.split(",")[0], *map(str, (*pose.translation, *pose.quaternion))])
+                for line, pose in zip(lines, poses, strict=True)
+            ]
+            table.write_text("\n".join([header, *rows, ""]))
+        told = run_servoid(tmp_path, "track", folder, "--observations", ":9")
+        words = " ".join(told.split())
+        table.write_text(right)
+        assert f"verdict {word}" in words
+        assert ("the calibration is in doubt" in words) == (fault is not None)
+        assert ("the images contradict the poses of the rig" in words) == (fault is not None)
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("fault", [None, *FAULTS])
+def test_a_recorded_rig_that_moves_is_doubted_only_if_its_poses_are_wrong(
+    fault: str | None,
+) -> None:
+    if not (DATA / "stereo" / "mustard_hand").is_dir():
+        pytest.skip("mustard_hand is not beside the repository")
+    capture = open_capture(DATA / "stereo" / "mustard_hand")
+    doubt = doubt_rig_poses(capture if fault is None else with_fault(capture, fault))
+    assert (doubt is None) == (fault is None)
+    if fault not in (None, "reversed"):
+        assert FAULTS[fault][1].split(", with")[0] in str(doubt)

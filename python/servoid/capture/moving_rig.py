@@ -3,18 +3,21 @@
 What two cameras see at one instant has a place in space. Where it is at rest, a later image has it
 where the rig's poses predict it. In a recorded rig that moves, right poses predict 94 % and more of
 the features, and poses that are inverted, in millimetres, of another order or two lines late none.
+What one camera sees is somewhere on a ray, of which a later image has an arc; it does not tell
+metres from millimetres, and tells errors along the motion of the image from none.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
 from servoid.camera import Recorded
 from servoid.capture.capture import Capture, CaptureCamera
-from servoid.capture.matched_features import PosedPicture, match_features
+from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
 from servoid.pose import Floats, exact
 from servoid.words import digits
 
@@ -41,20 +44,53 @@ _CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 class _Seen:
     """What a rig saw at one instant, and where it was at another.
 
-    `points` (N, 3) are places in the frame of the first camera at instant `indices[0]`, and `rays`
-    (N, 3) unit vectors to them from it at `indices[1]`.
+    `points` (N, 3) are places in the frame of the first camera at instant `indices[0]`, or unit
+    vectors towards them if they are not `located`, and `rays` (N, 3) unit vectors to them from it
+    at `indices[1]`.
     """
 
     indices: tuple[int, int]
     points: Floats
     rays: Floats
+    located: bool
 
     def off_rad(self, one: Pose, other: Pose) -> Floats:
         """Return by how much features are off if the camera moved from one pose to the other."""
         moved = (other.inverse() @ one).matrix()
-        points = exact.product(self.points, np.ascontiguousarray(moved[:3, :3].T)) + moved[:3, 3]
-        across = exact.lengths(np.cross(points, self.rays)) / exact.lengths(points)
-        return np.where((points * self.rays).sum(axis=1) > 0.0, across, np.inf)
+        points = exact.product(self.points, np.ascontiguousarray(moved[:3, :3].T))
+        if not self.located:
+            return _off_arc(points, moved[:3, 3], self.rays)
+        return _off_direction(points + moved[:3, 3], self.rays)
+
+    def part(self, kept: NDArray[np.bool_]) -> "_Seen":
+        """Return those of the features that are `kept`, (N,)."""
+        return replace(self, points=self.points[kept], rays=self.rays[kept])
+
+
+def _off_direction(points: Floats, rays: Floats) -> Floats:
+    """Return the sine of the angle between places and unit vectors; infinite if behind."""
+    across = exact.lengths(np.cross(points, rays)) / exact.lengths(points)
+    return np.where((points * rays).sum(axis=1) > 0.0, across, np.inf)
+
+
+def _off_arc(far: Floats, start: Floats, rays: Floats) -> Floats:
+    """Return the sine of the angle between unit vectors and the arcs on which features are.
+
+    An arc begins at the direction of `start`, (3,), from where a feature is seen if it is near, and
+    ends at that of `far`, (N, 3), unit vectors, if it is far away.
+    """
+    off = _off_direction(far, rays)
+    length = exact.norm(start)
+    if not length > 0.0:
+        return off
+    near = np.broadcast_to(start / length, far.shape)
+    normals = np.cross(far, near)
+    sizes = exact.lengths(normals)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        beside = np.abs((normals * rays).sum(axis=1)) / sizes
+    is_between = (sizes > 0.0) & ((np.cross(normals, far) * rays).sum(axis=1) >= 0.0)
+    is_between &= (np.cross(near, normals) * rays).sum(axis=1) >= 0.0
+    return np.where(is_between, beside, np.minimum(off, _off_direction(near, rays)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +110,10 @@ class _Rig:
         for seen in self.seen:
             one, other = (world_from_rig[index] @ self.rig_from_camera for index in seen.indices)
             offs.append(self.lens.focal_px[0] * seen.off_rad(one, other))
-            shift_m = exact.norm(np.subtract(other.translation, one.translation))
-            enlarged = min(shift_m / self.baseline_m, _MOST_ENLARGED)
+            enlarged = 0.0
+            if seen.located:
+                shift_m = exact.norm(np.subtract(other.translation, one.translation))
+                enlarged = min(shift_m / self.baseline_m, _MOST_ENLARGED)
             allowed.append(unit_px * (_OFF_PX + _NOISE_PX * enlarged))
         return offs, allowed
 
@@ -95,7 +133,7 @@ class _Rig:
 def doubt_rig_poses(capture: Capture, may_move: Balls | None = None) -> str | None:
     """Return a message if images contradict the poses of a recorded rig that moves, else None.
 
-    Two cameras are needed, and most of what they see must be at rest, apart from `may_move`.
+    Most of what the cameras see must be at rest, apart from `may_move`.
     """
     rig = _rig(capture, may_move or (lambda _: ()))
     if rig is None or len(rig.seen) < _LEAST_COMPARED:
@@ -164,15 +202,10 @@ def _others(poses: Sequence[Pose]) -> Iterator[tuple[str, Sequence[Pose]]]:
 def _rig(capture: Capture, may_move: Balls) -> _Rig | None:
     """Return what a rig that moves saw at pairs of instants; None if it does not move."""
     poses = capture.world_from_rig
-    if not capture.is_recording or len(capture.cameras) < 2 or len(poses) < 2:
+    if not capture.is_recording or all(pose == poses[0] for pose in poses):
         return None
-    if all(pose == poses[0] for pose in poses):
-        return None
-    first, second = capture.cameras[:2]
-    from_second = first.rig_from_camera.inverse() @ second.rig_from_camera
-    baseline_m = exact.norm(np.array(from_second.translation))
-    if not baseline_m > 0.0:
-        return None
+    first, *others = capture.cameras
+    second = next((other for other in others if _baseline_m(first, other) > 0.0), None)
     count = len(poses)
     if any(picture is not None and picture.index is not None for picture in first.pictures[:1]):
         count = min(count, _FIRST_OF_VIDEO)
@@ -180,43 +213,47 @@ def _rig(capture: Capture, may_move: Balls) -> _Rig | None:
     seen = []
     for begin, end in pairwise(places):
         for other in (end, begin + max((end - begin) // _NEARER, 1)):
-            one = _seen((first, second), from_second, (begin, other))
+            one = _seen(first, second, (begin, other))
             if one is not None:
                 world_from_both = [poses[index] @ first.rig_from_camera for index in one.indices]
                 seen.append(_at_rest(one, world_from_both, [may_move(i) for i in one.indices]))
                 break
     kept = [one for one in seen if len(one.rays) >= _LEAST]
+    baseline_m = 0.0 if second is None else _baseline_m(first, second)
     return _Rig(poses, first.rig_from_camera, first.lens, baseline_m, kept)
 
 
+def _baseline_m(one: CaptureCamera, other: CaptureCamera) -> float:
+    apart = np.subtract(other.rig_from_camera.translation, one.rig_from_camera.translation)
+    return exact.norm(apart)
+
+
 def _seen(
-    cameras: tuple[CaptureCamera, CaptureCamera], from_second: Pose, indices: tuple[int, int]
+    first: CaptureCamera, second: CaptureCamera | None, indices: tuple[int, int]
 ) -> _Seen | None:
-    """Locate features by two cameras at an instant, and find them at another; None if too few."""
-    here, beside, later = (
-        _posed(camera, index)
-        for camera, index in zip((*cameras, cameras[0]), (indices[0], *indices), strict=True)
-    )
-    if here is None or beside is None or later is None:
+    """Find features of an instant at another, and locate them by a second camera.
+
+    None if they are too few.
+    """
+    here, later = (_posed(first, index) for index in indices)
+    if here is None or later is None:
         return None
-    located = match_features(here, beside, from_second.inverse())
-    again = None if located is None else match_features(here, later, Pose.exp(np.zeros(6)))
-    if located is None or again is None:
+    again = match_features(here, later, Pose.exp(np.zeros(6)))
+    if again is None:
         return None
-    places = {tuple(pixel): row for row, pixel in enumerate(located.first_px.tolist())}
-    both = [
-        (places[tuple(pixel)], row)
-        for row, pixel in enumerate(again.first_px.tolist())
-        if tuple(pixel) in places
-    ]
-    if len(both) < _LEAST:
+    rays = _rays(first.lens, again.second_px)
+    if second is None:
+        return _Seen(indices, _rays(first.lens, again.first_px), rays, located=False)
+    beside = _posed(second, indices[0])
+    from_second = first.rig_from_camera.inverse() @ second.rig_from_camera
+    pair = None if beside is None else match_features(here, beside, from_second.inverse())
+    if pair is None:
         return None
-    rows = np.array(both)
-    pixels = [px[rows[:, 0]] for px in (located.first_px, located.second_px)]
-    points = _points(located.lenses, pixels, from_second)
-    rays = _rays(cameras[0].lens, again.second_px[rows[:, 1]])
-    is_ahead = np.isfinite(points).all(axis=1) & (points[:, 2] > 0.0)
-    return _Seen(indices, points[is_ahead], rays[is_ahead])
+    places = {tuple(pixel): row for row, pixel in enumerate(pair.first_px.tolist())}
+    rows = [places.get(tuple(pixel), -1) for pixel in again.first_px.tolist()]
+    seen = _Seen(indices, _points(pair, from_second)[rows], rays, located=True)
+    is_ahead = np.isfinite(seen.points).all(axis=1) & (seen.points[:, 2] > 0.0)
+    return seen.part((np.array(rows) >= 0) & is_ahead)
 
 
 def _posed(camera: CaptureCamera, index: int) -> PosedPicture | None:
@@ -225,14 +262,16 @@ def _posed(camera: CaptureCamera, index: int) -> PosedPicture | None:
     return None if picture is None else PosedPicture(picture, camera.lens, Recorded(size_px))
 
 
-def _points(lenses: tuple[Lens, Lens], pixels: Sequence[Floats], from_second: Pose) -> Floats:
+def _points(pair: MatchedFeatures, from_second: Pose) -> Floats:
     """Return where the rays of two cameras come closest, (N, 3) in the first one's frame."""
-    one, other = (_rays(lens, part) for lens, part in zip(lenses, pixels, strict=True))
+    one, other = _rays(pair.lenses[0], pair.first_px), _rays(pair.lenses[1], pair.second_px)
     matrix = from_second.matrix()
     other = exact.product(other, np.ascontiguousarray(matrix[:3, :3].T))
     across = np.cross(one, other)
     with np.errstate(divide="ignore", invalid="ignore"):
-        along = (np.cross(matrix[:3, 3], other) * across).sum(axis=1) / np.square(across).sum(axis=1)
+        along = (np.cross(matrix[:3, 3], other) * across).sum(axis=1) / np.square(across).sum(
+            axis=1
+        )
         return one * along[:, None]
 
 
@@ -250,7 +289,7 @@ def _at_rest(
             at = exact.product(camera_from_world[:3, :3], center) + camera_from_world[:3, 3]
             beside = exact.lengths(np.cross(rays, at))
             kept &= (beside > _ASIDE * radius) | ((rays * at).sum(axis=1) < 0.0)
-    return _Seen(seen.indices, seen.points[kept], seen.rays[kept])
+    return seen.part(kept)
 
 
 def _rays(lens: Lens, pixels: Floats) -> Floats:

@@ -73,8 +73,11 @@ def exact_arctan2(y: float, x: float) -> float:
 def exact_power(x: float, y: float) -> float:
     """Returns x to the power y, for numbers."""
 
-def exact_product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Multiplies two matrices; sums are in the order of the inner index."""
+def exact_product(*factors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Multiplies matrices from the left; the first or the last may be a vector. Sums are in the order
+    of the inner index.
+    """
 
 def exact_solve(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """Solves a x = b for each column of b."""

@@ -1,13 +1,15 @@
 //! Elementary functions and small linear algebra with the same bits on every processor.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, DVector};
-use numpy::ndarray::Array2;
+use numpy::ndarray::ArrayViewD;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyFloat;
+use pyo3::types::{PyFloat, PyTuple};
 
 /// Eigenvalues and eigenvectors.
 type Eigen<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
@@ -94,28 +96,123 @@ fn rows<'py>(py: Python<'py>, x: &DMatrix<f64>) -> PyResult<Bound<'py, PyArray2<
     numpy::PyArrayMethods::reshape(&numbers, [x.nrows(), x.ncols()])
 }
 
-/// Multiplies two matrices; sums are in the order of the inner index.
-#[pyfunction]
-pub fn exact_product<'py>(
-    py: Python<'py>,
-    a: PyReadonlyArray2<'py, f64>,
-    b: PyReadonlyArray2<'py, f64>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let (a, b) = (a.as_array(), b.as_array());
-    let (count, inner, width) = (a.nrows(), a.ncols(), b.ncols());
-    if inner != b.nrows() {
-        let message = format!("cannot multiply {:?} with {:?}", a.shape(), b.shape());
-        return Err(PyValueError::new_err(message));
+/// A matrix by rows, or a vector that stands for a row or a column.
+struct Factor<'a> {
+    numbers: Cow<'a, [f64]>,
+    rows: usize,
+    columns: usize,
+    is_vector: bool,
+}
+
+impl<'a> Factor<'a> {
+    fn of(array: &ArrayViewD<'a, f64>, is_first: bool) -> PyResult<Self> {
+        let (rows, columns) = match (array.shape(), is_first) {
+            (&[count], true) => (1, count),
+            (&[count], false) => (count, 1),
+            (&[rows, columns], _) => (rows, columns),
+            (shape, _) => {
+                let message = format!("a factor is a matrix or a vector, but has shape {shape:?}");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        let numbers = match (array.to_slice(), array.t().to_slice()) {
+            (Some(rows), _) => Cow::Borrowed(rows),
+            // Much faster than by the strides of the array.
+            (None, Some(by_column)) => {
+                (0..rows).flat_map(|row| by_column[row..].iter().step_by(rows).copied()).collect()
+            }
+            (None, None) => array.iter().copied().collect(),
+        };
+        Ok(Self { numbers, rows, columns, is_vector: array.ndim() == 1 })
     }
-    let mut out = Array2::zeros([count, width]);
-    for (mut out, a) in out.rows_mut().into_iter().zip(a.rows()) {
-        for (&factor, b) in a.iter().zip(b.rows()) {
-            for (sum, &value) in out.iter_mut().zip(b) {
+
+    fn times(&self, other: &Factor<'_>) -> PyResult<Self> {
+        if self.columns != other.rows {
+            let (a, b) = ([self.rows, self.columns], [other.rows, other.columns]);
+            return Err(PyValueError::new_err(format!("cannot multiply {a:?} with {b:?}")));
+        }
+        if self.columns == 0 || other.columns == 0 {
+            let numbers = Cow::Owned(vec![0.0; self.rows * other.columns]);
+            return Ok(Self { numbers, rows: self.rows, columns: other.columns, is_vector: false });
+        }
+        let (left, right) = (&self.numbers, &other.numbers);
+        // The width in the type keeps the sums of a row in registers.
+        let numbers = match other.columns {
+            1 => sums::<1>(left, right, self.columns),
+            3 => sums::<3>(left, right, self.columns),
+            4 => sums::<4>(left, right, self.columns),
+            6 => sums::<6>(left, right, self.columns),
+            7 => sums::<7>(left, right, self.columns),
+            12 => sums::<12>(left, right, self.columns),
+            width => sums_of_any_width(left, right, self.columns, width),
+        };
+        let numbers = Cow::Owned(numbers);
+        Ok(Self { numbers, rows: self.rows, columns: other.columns, is_vector: false })
+    }
+}
+
+fn sums<const WIDTH: usize>(left: &[f64], right: &[f64], inner: usize) -> Vec<f64> {
+    let mut numbers = Vec::with_capacity(left.len() / inner * WIDTH);
+    for factors in left.chunks_exact(inner) {
+        let mut sums = [0.0; WIDTH];
+        for (&factor, values) in factors.iter().zip(right.chunks_exact(WIDTH)) {
+            for (sum, &value) in sums.iter_mut().zip(values) {
+                *sum += factor * value;
+            }
+        }
+        numbers.extend(sums);
+    }
+    numbers
+}
+
+fn sums_of_any_width(left: &[f64], right: &[f64], inner: usize, width: usize) -> Vec<f64> {
+    let mut numbers = vec![0.0; left.len() / inner * width];
+    for (sums, factors) in numbers.chunks_exact_mut(width).zip(left.chunks_exact(inner)) {
+        for (&factor, values) in factors.iter().zip(right.chunks_exact(width)) {
+            for (sum, &value) in sums.iter_mut().zip(values) {
                 *sum += factor * value;
             }
         }
     }
-    Ok(out.into_pyarray(py))
+    numbers
+}
+
+/// Multiplies matrices from the left; the first or the last may be a vector. Sums are in the order
+/// of the inner index.
+#[pyfunction]
+#[pyo3(signature = (*factors))]
+pub fn exact_product<'py>(
+    py: Python<'py>,
+    factors: &Bound<'py, PyTuple>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let factors: Vec<PyReadonlyArrayDyn<'py, f64>> =
+        factors.iter_borrowed().map(|factor| factor.extract()).collect::<PyResult<_>>()?;
+    let [first, others @ ..] = &factors[..] else {
+        return Err(PyValueError::new_err("a product needs a factor"));
+    };
+    let mut product = Factor::of(&first.as_array(), true)?;
+    let is_row = product.is_vector;
+    let mut is_column = false;
+    for other in others {
+        if is_column {
+            return Err(PyValueError::new_err(
+                "only the first and the last factor may be a vector",
+            ));
+        }
+        let other = other.as_array();
+        let other = Factor::of(&other, false)?;
+        is_column = other.is_vector;
+        product = product.times(&other)?;
+    }
+    let Factor { numbers, rows, columns, .. } = product;
+    if is_row && is_column {
+        return Ok(numbers[0].into_pyobject(py)?.into_any());
+    }
+    let array = numbers.into_owned().into_pyarray(py);
+    if is_row || is_column {
+        return Ok(array.into_any());
+    }
+    Ok(numpy::PyArrayMethods::reshape(&array, [rows, columns])?.into_any())
 }
 
 /// Solves a x = b for each column of b.

@@ -38,26 +38,18 @@ arctan2: Callable[[float, float], float] = _native.exact_arctan2
 power: Callable[[float, float], float] = _native.exact_power
 
 
-@overload
-def product(a: Floats, b: Floats, /) -> Floats: ...
-@overload
-def product(a: Floats, b: Floats, c: Floats, /, *more: Floats) -> Floats: ...
-def product(*factors: Floats) -> Floats:
-    """Multiply matrices (M, K) and (K, N) from the left; the first or last may be a vector (K,)."""
-    result, *others = factors
-    for other in others:
-        row, column = result.ndim == 1, other.ndim == 1
-        left = result[None, :] if row else result
-        right = other[:, None] if column else other
-        result = _native.exact_product(left, right)
-        result = result[:, 0] if column else result
-        result = result[0] if row else result
-    return result
+class _Product(Protocol):
+    """Multiplies matrices (M, K) and (K, N) from the left; the first or last may be a vector."""
+
+    def __call__(self, a: Floats, b: Floats, /, *more: Floats) -> Floats: ...
+
+
+product: _Product = _native.exact_product
 
 
 def dot(a: Floats, b: Floats) -> float:
     """Return the dot product of two vectors (K,)."""
-    return float(_native.exact_product(a[None, :], b[:, None])[0, 0])
+    return float(_native.exact_product(a, b))
 
 
 def norm(vector: Floats) -> float:

@@ -1,4 +1,4 @@
-"""Checks a mask for signs of error: a gap in depth, a box side that is far away, thinness."""
+"""Checks a mask for signs of error: a gap in depth, a box that is too far or too near, thinness."""
 
 from dataclasses import dataclass
 
@@ -14,6 +14,10 @@ _LEAST_SHARE = 0.1  # of a mask's pixels, that form a separate surface
 _BETWEEN = 0.02  # share of pixels that may be in a gap, as at edges inside the object
 _GAP = 0.5  # of the object's width: parts of one object are nearer to each other
 _FAR_SIDE = 0.15  # of a box's width or height
+_CUT_PX = HAND_PX - 1.0  # beyond a side of its box, where the mask is cut off at `HAND_PX`
+# Of the mask's largest width along that side: boxes around the object reach 0.17 there, those that
+# end in its middle mostly 0.21 to 1.
+_CUT_SHARE = 0.2
 _THIN = 0.5  # share of a mask that must remain after thin parts are removed
 
 
@@ -94,6 +98,31 @@ def far_sides(
         "bottom": (bottom - rows[-1]) / (bottom - top + 1.0),
     }
     return [side for side, gap in gaps.items() if gap > most]
+
+
+def cut_sides(mask: Mask, box: tuple[float, float, float, float]) -> list[str]:
+    """Return the sides of a box (left, top, right, bottom) at which a mask is cut off.
+
+    It is where much of it ends beyond the side, by a hand's error. The image's border cuts none.
+    """
+    inside = mask != 0
+    by_row, by_column = inside.sum(axis=1), inside.sum(axis=0)
+    # The pixels inside of each line parallel to a side, the outermost first, and the side's place.
+    height, width = mask.shape
+    seen_from = {
+        "left": (by_column, box[0]),
+        "top": (by_row, box[1]),
+        "right": (by_column[::-1], width - 1.0 - box[2]),
+        "bottom": (by_row[::-1], height - 1.0 - box[3]),
+    }
+    return [side for side, (lines, at) in seen_from.items() if _is_cut(lines, at)]
+
+
+def _is_cut(lines: NDArray[np.int64], side: float) -> bool:
+    end = int(np.flatnonzero(lines)[0])
+    # The outermost line may hold few pixels of a border that was moved.
+    wide = lines[end : end + 2].max() > _CUT_SHARE * lines.max()
+    return bool(wide) and end > 0 and side - end >= _CUT_PX
 
 
 def thickness_left(mask: Mask) -> float:

@@ -11,7 +11,14 @@ from servoid.errors import DoubtError, ImageError, MaskError, ServoidError, Targ
 from servoid.segment.answers import CLEAR, HAND_PX, STEADY, Answers
 from servoid.segment.boxes import Corners, grow_from_box, larger, pixels_in
 from servoid.segment.clicks import grow_from_click
-from servoid.segment.doubts import Depth, far_sides, is_thin, parted_by_depth, thickness_left
+from servoid.segment.doubts import (
+    Depth,
+    cut_sides,
+    far_sides,
+    is_thin,
+    parted_by_depth,
+    thickness_left,
+)
 from servoid.segment.hue import hue_planes, match_image
 from servoid.segment.segment import Image, Mask, check_image
 from servoid.segment.target import (
@@ -175,7 +182,8 @@ def _in_box(image: Image, target: BoxTarget, depth: Depth | None) -> Found:
     if found.doubt is not None and beyond:
         # Wrong numbers of the box are the likelier reason, so an error reports them first.
         found, beyond = replace(found, doubt=f"{'; '.join(beyond)}; and {found.doubt}"), ()
-    return replace(found, notes=(*beyond, *(_far_away(mask, box) if mask.any() else ())))
+    around = (*_far_away(mask, box), *_cut_off(mask, box)) if mask.any() else ()
+    return replace(found, notes=(*beyond, *around))
 
 
 def _at_click(image: Image, target: ClickTarget) -> Found:
@@ -234,6 +242,16 @@ def _far_away(mask: Mask, box: Corners) -> tuple[str, ...]:
     return (
         f"the object that was found does not reach the {joined(sides)} of its box; if a part of "
         "it is missing, draw the box closer around it",
+    )
+
+
+def _cut_off(mask: Mask, box: Corners) -> tuple[str, ...]:
+    sides = cut_sides(mask, box)
+    if not sides:
+        return ()
+    return (
+        f"the object that was found goes on beyond the {joined(sides)} of its box, where it was "
+        "cut off; draw the box around the whole object",
     )
 
 

@@ -2,6 +2,7 @@
 
 import pickle
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -18,7 +19,7 @@ from servoid.camera import Lens
 from servoid.capture import Capture, open_capture
 from servoid.cli import doubting
 from servoid.errors import DoubtError, MaskError, TargetError, located
-from servoid.model import Request, fit_capture
+from servoid.model import Request, find_in_view, fit_capture
 from servoid.model.marking import mark
 from servoid.record import draw_answers
 from servoid.segment import (
@@ -31,6 +32,8 @@ from servoid.segment import (
     find_with_doubts,
     finding,
 )
+from servoid.segment.boxes import pixels_in
+from servoid.segment.doubts import cut_sides
 
 Mask = NDArray[np.uint8]
 SIZE_PX = (320, 240)
@@ -191,6 +194,64 @@ def test_an_object_that_stays_far_from_a_side_of_its_box_is_told() -> None:
     wide = find_with_doubts(BoxTarget(box.u0 - 60, box.v0, box.u1, box.v1 + 40), image)
     assert wide.doubt is None
     assert "does not reach the left and bottom of its box" in wide.notes[0]
+
+
+@pytest.mark.parametrize("side", ["left", "top", "right", "bottom"])
+def test_an_object_that_its_box_cuts_off_is_told(side: str) -> None:
+    image, mask, _ = drawn()
+    box = box_around(mask)
+    width, height = box.u1 - box.u0, box.v1 - box.v0
+    cut = {
+        "left": replace(box, u0=box.u0 + 0.2 * width),
+        "top": replace(box, v0=box.v0 + 0.2 * height),
+        "right": replace(box, u1=box.u1 - 0.2 * width),
+        "bottom": replace(box, v1=box.v1 - 0.2 * height),
+    }
+    box = cut[side]
+    inside = pixels_in((box.u0 - 3.0, box.v0 - 3.0, box.u1 + 3.0, box.v1 + 3.0), mask.shape)
+    assert cut_sides(np.minimum(mask, inside), (box.u0, box.v0, box.u1, box.v1)) == [side]
+    if side == "left":
+        told = find_with_doubts(box, image).notes
+        assert any(
+            "goes on beyond the left of its box, where it was cut off" in one for one in told
+        )
+
+
+def test_a_box_around_the_object_cuts_off_none_of_it_nor_does_the_border_of_the_image() -> None:
+    _, mask, _ = drawn()
+    rows, columns = np.nonzero(mask)
+    for more in (0, 2, 5):
+        box = (columns.min() - more, rows.min() - more, columns.max() + more, rows.max() + more)
+        assert cut_sides(mask, tuple(map(float, box))) == []  # type: ignore[arg-type]
+    left = int(columns.mean())
+    at_border = mask[:, left:]
+    beside = (0.0, float(rows.min()), float(columns.max() - left), float(rows.max()))
+    assert cut_sides(at_border, beside) == []
+    inside = np.pad(at_border, ((0, 0), (9, 0)))
+    assert cut_sides(inside, (12.0, beside[1], beside[2] + 9.0, beside[3])) == ["left"]
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("name", ["stereo/mustard", "stereo/mustard_hand", "hard/mug_sway"])
+def test_boxes_around_recorded_objects_cut_off_none_and_boxes_of_a_part_are_told(
+    name: str,
+) -> None:
+    if not (REAL_PHOTOS.parent / name).is_dir():
+        pytest.skip(f"{name} is not beside the repository")
+    capture = open_capture(REAL_PHOTOS.parent / name)
+    view = capture.views()[0]
+    rows, columns = np.nonzero(view.mask())
+
+    def told(*box: float) -> bool:
+        found = find_in_view(BoxTarget(*box), view, view.recorded_image(), capture.all_views())
+        return any("cut off" in note for note in found.notes)
+
+    for more in range(5):
+        assert not told(
+            columns.min() - more, rows.min() - more, columns.max() + more, rows.max() + more
+        )
+    most = 0.9 * rows.max() + 0.1 * rows.min()
+    assert told(columns.min() - 4.0, rows.min() - 4.0, columns.max() + 4.0, most)
 
 
 def test_a_doubt_keeps_its_answers_through_places_and_processes() -> None:

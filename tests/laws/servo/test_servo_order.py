@@ -7,7 +7,8 @@ import pytest
 from conftest import Command, everything_in
 from servoid.cli import extras
 from servoid.servo import JointLaw, ServoSettings, as_the_paper
-from servoid.sim.trial import TrialSettings, read_trial_settings
+from servoid.sim.trial import TrialSettings, changed, read_trial_settings
+from servoid.sim.trial.settings import check_events
 from servoid.track import Method
 
 
@@ -49,6 +50,35 @@ def test_a_world_that_cannot_be_leaves_nothing_behind(
     assert outcome.code == (1 if wrong[1] == "none.xml" else 2)
     assert wrong[1] in outcome.err
     assert everything_in(tmp_path) == {}
+
+
+TELEPORT = "[[world.faults]]\ntype = 'teleport'\nat_s = 1\n"
+DROP = "[[world.faults]]\ntype = 'drop'\nat_s = 40\nseconds = 1\n"
+
+
+@pytest.mark.parametrize(
+    ("key", "event"),
+    [
+        ("world.faults[1].at_s", TELEPORT + DROP),
+        ("world.light.step_at_s", "[world.light]\nstep_at_s = 40"),
+    ],
+)
+def test_what_begins_after_the_end_of_the_run_is_refused_and_nothing_is_left(
+    key: str, event: str, servoid_command: Command, tmp_path: Path
+) -> None:
+    pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
+    pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
+    pytest.importorskip("matplotlib", reason="the plots of a run need matplotlib")
+    config = tmp_path / "events.toml"
+    config.write_text(event)
+    before = everything_in(tmp_path)
+    outcome = servoid_command("servo", "--config", config, "--out", tmp_path / "run")
+    assert outcome.code == 1
+    assert f"{key} is 40 s, but servoing ends after 30 s" in outcome.err
+    assert "raise run.seconds" in outcome.err
+    assert everything_in(tmp_path) == before
+    longer = changed(read_trial_settings(config), {"run.seconds": 41}, "the test")
+    check_events(longer)  # an option may make the run long enough
 
 
 def test_one_option_sets_all_of_the_papers_servoing(

@@ -31,7 +31,7 @@ from servoid.servo import (
     visit,
 )
 from servoid.sim.trial.marking import marker
-from servoid.sim.trial.settings import TrialSettings
+from servoid.sim.trial.settings import TrialSettings, check_events
 from servoid.sim.trial.truth import Truth, true_goal
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
@@ -101,11 +101,12 @@ def run_servo_trial(
     one in the settings; `prepared` is called with the world before anything moves.
 
     Raises:
-        SimError, ServoError: the settings are not valid.
+        SimError, ServoError: the settings are not valid, or a fault begins after the end.
         ModelError, TargetError: the object cannot be modelled from the images.
         DoubtError: its mark may mean several objects.
 
     """
+    check_events(settings)
     world = World(settings.world, path=path)
     mark = marker(world, settings.run)
     make_folder(Path(folder), parents=True)

@@ -12,6 +12,7 @@ from servoid.segment import parse_target
 from servoid.servo import ServoSettings, settings_toml
 from servoid.sim.world import BEFORE_HAND, WorldSettings
 from servoid.track import Method
+from servoid.words import digits
 
 BY_HAND, BY_BOX, BY_CLICK = PEOPLE = ("hand", "box", "click")
 """How a person marks an object: draws around it, draws a box, or clicks on it."""
@@ -158,6 +159,28 @@ def changed(settings: TrialSettings, values: dict[str, Any], place: str) -> Tria
             inner = inner[table]
         inner[last] = value
     return convert(data, TrialSettings, place, ServoError)
+
+
+def check_events(settings: TrialSettings) -> None:
+    """Check that each fault, and the step of the light, begins before the end of the run.
+
+    A file may hold a later one if an option makes the run longer, so this is checked only when a
+    run starts.
+
+    Raises:
+        ServoError: one would never happen.
+
+    """
+    world, end_s = settings.world, settings.run.seconds
+    starts = {f"world.faults[{index}].at_s": one.at_s for index, one in enumerate(world.faults)}
+    if world.light.step_at_s is not None:
+        starts["world.light.step_at_s"] = world.light.step_at_s
+    for key, start_s in starts.items():
+        if start_s >= end_s:
+            raise ServoError(
+                f"{key} is {digits(start_s)} s, but servoing ends after {digits(end_s)} s, so that "
+                f"this never happens; give a time below {digits(end_s)}, or raise run.seconds"
+            )
 
 
 def trial_toml(settings: TrialSettings | None = None) -> str:

@@ -57,7 +57,7 @@ def convert(
         error: a key is unknown or missing, a value has the wrong type or range, a number is NaN.
 
     """
-    complaints = list(_wrong_keys(data, struct, (), text if known_only else None))
+    complaints = list(_wrong_keys(data, struct, (), text if known_only else None, struct))
     if complaints:
         # Only the first unknown key is reported, as others may follow from it; all missing keys
         # are.
@@ -122,11 +122,12 @@ def _wrong_keys(
     struct: type[msgspec.Struct],
     where: tuple[str | int, ...],
     text: str | None,
+    root: type[msgspec.Struct],
 ) -> Iterator[tuple[str, bool]]:
     """Report missing keys and, if the `text` of the file is given, unknown keys.
 
-    A struct's `RENAMED` maps its former keys to their new names. Each message is paired with
-    whether it is about missing keys.
+    A struct's `RENAMED` maps its former keys to their new names; `root` is the struct of the whole
+    file. Each message is paired with whether it is about missing keys.
     """
     fields = {field.encode_name: field for field in msgspec.structs.fields(struct)}
     tag = struct.__struct_config__.tag_field
@@ -137,7 +138,7 @@ def _wrong_keys(
             line = line_of(text, key) if line_of(text, key, 1) is None else None
             on = f", line {line}" if line else ""
             new = getattr(struct, "RENAMED", {}).get(key)
-            meant = "" if new else suggestion(key, fields)
+            meant = "" if new else _home(key, where, root) or suggestion(key, fields)
             now = f", which is now called '{new}'" if new else ""
             yield f"{on}{_at(where)}: unknown key '{key}'{now}; {known}{meant}", False
     missing = [field for name, field in fields.items() if field.required and name not in data]
@@ -154,7 +155,7 @@ def _wrong_keys(
         for index, item in items:
             if isinstance(item, dict):
                 deeper = (*where, name) if index is None else (*where, name, index)
-                yield from _wrong_inside(item, structs, deeper, text)
+                yield from _wrong_inside(item, structs, deeper, text, root)
 
 
 def _wrong_inside(
@@ -162,19 +163,47 @@ def _wrong_inside(
     structs: list[type[msgspec.Struct]],
     where: tuple[str | int, ...],
     text: str | None,
+    root: type[msgspec.Struct],
 ) -> Iterator[tuple[str, bool]]:
     """Report wrong keys of a table that may be one of several structs, chosen by its tag."""
     tag = structs[0].__struct_config__.tag_field
     if tag is None:
-        yield from _wrong_keys(data, structs[0], where, text)
+        yield from _wrong_keys(data, structs[0], where, text, root)
         return
     kinds = {struct.__struct_config__.tag: struct for struct in structs}
     given = data.get(tag)
     if isinstance(given, str) and given in kinds:
-        yield from _wrong_keys(data, kinds[given], where, text)
+        yield from _wrong_keys(data, kinds[given], where, text, root)
     else:
         what = f"the key '{tag}' is missing" if tag not in data else f"{tag} is {given!r}"
         yield f"{_at(where)}: {what}; choose one of {', '.join(map(str, kinds))}", False
+
+
+def _home(key: str, where: tuple[str | int, ...], root: type[msgspec.Struct]) -> str:
+    """Return the end of a message on a key in the wrong table: the only one that has it, if any."""
+    here = tuple(part for part in where if isinstance(part, str))
+    homes = {path: words for path, words in _tables_with(key, root, ()) if path != here}
+    return f"; '{key}' belongs {next(iter(homes.values()))}" if len(homes) == 1 else ""
+
+
+def _tables_with(
+    key: str, struct: type[msgspec.Struct], path: tuple[str, ...], *, is_list: bool = False
+) -> Iterator[tuple[tuple[str, ...], str]]:
+    """List the tables of a file that have a key, each with its place in words."""
+    fields = msgspec.structs.fields(struct)
+    if any(field.encode_name == key for field in fields):
+        table = f"[[{'.'.join(path)}]]" if is_list else f"[{'.'.join(path)}]"
+        yield path, f"in {table}" if path else "above the first table"
+    for field in fields:
+        for inner in _structs_in(field.type):
+            if inner is not struct:
+                deeper = (*path, field.encode_name)
+                yield from _tables_with(key, inner, deeper, is_list=_is_list(field.type))
+
+
+def _is_list(kind: Any) -> bool:
+    """Return whether a field holds a list of structs."""
+    return get_origin(kind) in (list, tuple) or any(map(_is_list, get_args(kind)))
 
 
 def _examples(fields: Sequence[msgspec.structs.FieldInfo]) -> str:

@@ -117,6 +117,32 @@ def test_every_setting_says_what_it_does() -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "end"),
+    [
+        ("[world]\nmask_px = 2", "; 'mask_px' belongs in [world.lab]"),
+        ("mask_px = 2", "; 'mask_px' belongs in [world.lab]"),
+        ("[lab]\nmask_px = 2", "; 'lab' belongs in [world]"),
+        ("[run]\nworld = 2", "; 'world' belongs above the first table"),
+        ("[world]\nat_s = 2", "; 'at_s' belongs in [[world.faults]]"),
+        ("[servo]\nlaw = 'qp'", "; 'law' belongs in [servo.joints]"),
+        ("[servo]\nseed = 1", "; known keys: look, target, hand, joints, gaze, safety"),
+        ("[run]\nsecond = 1", "; did you mean 'seconds'?"),
+        (
+            "[[world.faults]]\ntype = 'drop'\nat_s = 1\nseconds = 1\nhalf_size = 1",
+            "; known keys: type, at_s, seconds, camera",
+        ),
+    ],
+)
+def test_a_key_in_the_wrong_table_is_told_where_it_belongs_if_one_table_alone_has_it(
+    text: str, end: str, tmp_path: Path
+) -> None:
+    with pytest.raises(ServoError) as caught:
+        read_back(text, tmp_path)
+    assert "unknown key" in str(caught.value)
+    assert str(caught.value).endswith(end)
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("[run]\nsecs = 3", r"run.toml, line 2, run: unknown key 'secs'; known keys: seconds, go"),

@@ -126,6 +126,7 @@ def fit(
     request = Request(
         max_ellipsoids=max_ellipsoids, delta=delta, seed=seed, threads=threads, progress=progress
     )
+    request.settings()  # refused before any file is read
     small, note = shrunk(_of_capture(capture_views, images))
     used, unused = divide(small, views)
     result = fit_views(used, unused, NO_RANGE_SAMPLES, request)

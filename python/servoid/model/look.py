@@ -69,6 +69,7 @@ def fit_capture(
     """
     start = time.perf_counter()
     request = request or Request()
+    request.settings()  # refused before any file is read
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
     notes = list(marked.notes)
     doubts = [*marked.doubts, *center_notes([*marked.views, *marked.others])]
@@ -170,6 +171,7 @@ def fit_capture_by_paper(
     """
     start = time.perf_counter()
     request = request or Request()
+    settings = request.paper_settings()  # refused before any file is read
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
     hues = [target for target in targets if isinstance(target, HueTarget)]
     first = marked.views[0]
@@ -178,7 +180,6 @@ def fit_capture_by_paper(
     )
     chosen, _ = divide([*marked.views, *marked.others], views)
     images = in_parallel(CaptureView.image, chosen)
-    settings = request.paper_settings()
     steps = fit_paper_views(
         images,
         [view.camera for view in chosen],

@@ -2,7 +2,9 @@ import json
 import os
 import signal
 import threading
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,14 @@ import servoid
 from conftest import Drawing
 from servoid.capture import CaptureView, open_capture
 from servoid.errors import BodyError, CaptureError, ModelError
-from servoid.model import ModelResult, ModelSettings, Progress, Request, fit_capture
+from servoid.model import (
+    ModelResult,
+    ModelSettings,
+    Progress,
+    Request,
+    fit_capture,
+    fit_capture_by_paper,
+)
 
 
 @pytest.fixture
@@ -220,6 +229,24 @@ def test_settings_out_of_range_are_refused(
 ) -> None:
     with pytest.raises(ModelError, match=next(iter(settings))):
         servoid.model.fit(views, **settings)
+
+
+@pytest.mark.parametrize("settings", [{"max_ellipsoids": -3}, {"delta": -1.0}, {"seed": -1}])
+def test_settings_out_of_range_are_refused_before_any_image_is_read(
+    settings: dict[str, Any], drawn_capture: Path
+) -> None:
+    capture = open_capture(drawn_capture)
+    views = capture.views()
+    for file in drawn_capture.rglob("*.png"):
+        file.write_bytes(b"damaged")
+    ways: list[Callable[[], ModelResult]] = [
+        lambda: servoid.model.fit(views, **settings),
+        lambda: fit_capture(capture, Request(**settings)),
+        lambda: fit_capture_by_paper(capture, Request(**settings)),
+    ]
+    for fit in ways:
+        with pytest.raises(ModelError, match=next(iter(settings))):
+            fit()
 
 
 def test_what_are_no_views_is_refused_in_words(drawn_capture: Path) -> None:

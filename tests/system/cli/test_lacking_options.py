@@ -58,10 +58,11 @@ def test_all_that_images_lack_is_named_at_once_with_a_command_that_lacks_nothing
 def test_a_single_thing_that_lacks_is_asked_for_by_the_step_that_needs_it(
     servoid_command: Command,
 ) -> None:
-    error = servoid_command("track", "film.avi", *FOV.split(), *DISTANCE.split()).err
-    assert "nothing marks the object" in error
-    error = servoid_command("track", "film.avi", *TARGET.split(), *DISTANCE.split()).err
-    assert "there is no calibration of its camera; give --fov" in error
+    unmarked = servoid_command("track", "film.avi", *FOV.split(), *DISTANCE.split())
+    assert unmarked.code == 1 and "nothing marks the object" in unmarked.err
+    uncalibrated = servoid_command("track", "film.avi", *TARGET.split(), *DISTANCE.split())
+    assert uncalibrated.code == 1
+    assert "there is no calibration of its camera; give --fov" in uncalibrated.err
 
 
 def test_photographs_of_one_object_are_pointed_to_the_command_that_models_them(

@@ -161,6 +161,16 @@ def test_the_readme_shows_the_command_and_the_python_interface() -> None:
     assert max(len(block) for block in lines) <= 10
 
 
+def test_nothing_that_the_readme_writes_replaces_what_it_wrote_before() -> None:
+    written = [
+        file
+        for block in blocks((ROOT / "README.md").read_text(encoding="utf-8"))
+        for file in re.findall(r"(?:--(?:out|report|video)[ =]|\.save\(\")([^\s\"]+)", block.text)
+    ]
+    assert len(written) > 4
+    assert sorted(written) == sorted(set(written))
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_the_links_of_a_page_lead_somewhere(page: Path) -> None:
     links = re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))

@@ -2,14 +2,17 @@
 
 import re
 from collections import defaultdict
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+from servoid.servo import ServoLog
 from servoid.view.model import curve, html_page
 from servoid.view.page_parts import fill, picture
-from servoid.view.servo import servo_report
+from servoid.view.servo import servo_plots, servo_report
 from servoid.view.track import track_report
 
 
@@ -27,6 +30,17 @@ def test_a_picture_can_be_scrolled_by_keys_on_a_small_screen() -> None:
     assert re.search(
         r'<div class="wide" role="region" tabindex="0" aria-label="A &amp; B"><img', element
     )
+
+
+def test_all_plots_of_a_servo_run_say_from_when_their_time_counts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Figure] = []
+    monkeypatch.setattr(servo_plots, "png", lambda figure: drawn.append(figure) or b"")
+    names = [path.name for path in servo_plots.draw_servo_plots(ServoLog(("a", "b")), tmp_path)]
+    assert names == ["hand.png", "joints.png", "gaze.png"]
+    labels = [figure.axes[-1].get_xlabel() for figure in drawn]
+    assert labels == ["time since servoing began, s"] * 3
 
 
 @pytest.mark.parametrize("name", ["report.html", "track_report.html", "servo_report.html"])

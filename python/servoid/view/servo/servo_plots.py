@@ -266,7 +266,7 @@ def _draw(log: ServoLog, panels: list[Panel], counted_s: float) -> bytes:
         _draw_panel(axes, panel)
     if len(log) > 1:
         rows[-1].set_xlim(float(log.times[0]), float(log.times[-1]))
-    rows[-1].set_xlabel("seconds of servoing", color=INK, fontsize=10)
+    rows[-1].set_xlabel("time since servoing began, s", color=INK, fontsize=10)
     return png(figure)
 
 

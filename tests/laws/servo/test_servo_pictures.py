@@ -326,7 +326,7 @@ def test_a_report_holds_everything_and_asks_for_nothing_from_elsewhere(shown: Sh
     assert "{{" not in text
     assert re.findall(r"<th(?! scope=)(?!ead)", text) == []
     assert '<span class="value">1.2 mm</span>' in text
-    assert '<th scope="row">kept from the goal by</th>' in text
+    assert '<th scope="row">limited by</th>' in text
     sources = re.findall(r'src="data:image/(\w+);base64,([^"]+)"', text)
     assert [kind for kind, _ in sources] == ["jpeg", "png", "png", "png"]
     inside = [base64.b64decode(data) for _, data in sources[1:]]
@@ -366,7 +366,7 @@ def test_a_report_has_the_repeatability_of_its_table_below_its_verdict(
     text = page.read_text(encoding="utf-8")
     verdict = re.search(
         r'<p class="verdict">Repeatability ([\d.]+) mm RMS, ([\d.]+) mm at 95 %; '
-        rf"accuracy unknown; both after {settle_s:g} s",
+        rf"accuracy not known; both after {settle_s:g} s",
         text,
     )
     assert verdict is not None

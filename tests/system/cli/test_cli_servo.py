@@ -114,6 +114,18 @@ def test_the_files_of_a_run_say_the_same(ran: tuple[Path, Outcome]) -> None:
     assert page.index("repeatability, RMS") < page.index("accuracy, RMS")
 
 
+def test_a_figure_has_the_same_name_in_the_terminal_as_on_the_page(
+    ran: tuple[Path, Outcome],
+) -> None:
+    folder, outcome = ran
+    page = (folder / "new" / "run" / "report.html").read_text()
+    names = re.findall(r'<th scope="row">(.*?)</th>', page)
+    labels = list(rows_of(outcome))
+    labels = labels[labels.index("modelled") + 1 : labels.index("tracker") + 1]
+    assert {"repeatability", "accuracy", "fixation error", "tracked", "held"} <= set(labels)
+    assert [label for label in labels if not any(label in name for name in names)] == []
+
+
 @pytest.mark.extended
 def test_the_settings_of_a_run_repeat_it_to_the_bit(ran: tuple[Path, Outcome]) -> None:
     folder, _ = ran

@@ -18,7 +18,7 @@ from servoid.servo import (
 )
 from servoid.sim.trial import ServoTrial
 
-_LABEL_WIDTH = 14
+_LABEL_WIDTH = 15
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
 
 
@@ -64,11 +64,11 @@ def _errors(log: ServoLog, metrics: ServoMetrics) -> dict[str, str]:
         + f", after {metrics.settle_s:g} s",
         "accuracy": _error(true.position_rms, true.position_95, true.turn_rms)
         + f"; mean offset {_mm(true.offset)} mm",
-        "object": f"centre {_mm(true.object_rms)} mm RMS off its desired position in the hand, "
-        f"surface {_mm(true.surface)} mm",
-        "belief": f"centre of the body {_mm(true.middle_rms)} mm RMS off the object's, surface "
+        "true object": f"middle {_mm(true.object_rms)} mm RMS off its desired position in the "
+        f"hand, surface {_mm(true.surface)} mm",
+        "believed": f"middle {_mm(true.middle_rms)} mm RMS off the true one, surface "
         f"{_mm(true.body)} mm",
-        "fixation": _fixation(metrics.fixation_rms_px),
+        "fixation error": _fixation(metrics.fixation_rms_px),
     }
 
 
@@ -84,7 +84,7 @@ def _located(metrics: ServoMetrics) -> dict[str, str]:
     """Report how often the object was located, where that was more often than it was tracked."""
     if not metrics.located_share > metrics.tracked_share:
         return {}
-    return {"located": f"{100.0 * metrics.located_share:.1f} %, in part without its rotation"}
+    return {"located": f"{100.0 * metrics.located_share:.1f} %, with or without the rotation"}
 
 
 def _error(rms: float, most: float, turn: float) -> str:
@@ -116,7 +116,7 @@ def _unreached(log: ServoLog) -> dict[str, str]:
 def _limited(seconds: Mapping[Reason, float]) -> dict[str, str]:
     """Describe what kept the hand from its goal, if anything did."""
     words = [f"{reason.value}, {times:.2f} s" for reason, times in seconds.items()]
-    return {"limited": "; ".join(words)} if words else {}
+    return {"limited by": "; ".join(words)} if words else {}
 
 
 def _mm(metres: float) -> str:

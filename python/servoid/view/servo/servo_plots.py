@@ -288,7 +288,7 @@ def _draw_panel(axes: "Axes", panel: Panel) -> None:
         signed = any(np.nanmin(line.values) < 0.0 for line in panel.lines if len(line.values))
         axes.set_ylim(-panel.reach if signed else 0.0, panel.reach)
     if not panel.has_values:
-        axes.text(0.5, 0.5, "unknown", transform=axes.transAxes, ha="center", color=QUIET_INK)
+        axes.text(0.5, 0.5, "not known", transform=axes.transAxes, ha="center", color=QUIET_INK)
     axes.set_title(f"{panel.title} [{panel.unit}]", loc="left", color=INK, fontsize=10.5)
     if panel.lines:
         axes.legend(

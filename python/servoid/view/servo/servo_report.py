@@ -143,13 +143,13 @@ def _verdict(log: ServoLog, settle_s: float, ending: str | None) -> list[str]:
 
 def _errors(rms: float, most: float) -> str:
     """Describe errors of the hand's position."""
-    return "unknown" if np.isnan(rms) else f"{1e3 * rms:.2f} mm RMS, {1e3 * most:.2f} mm at 95 %"
+    return "not known" if np.isnan(rms) else f"{1e3 * rms:.2f} mm RMS, {1e3 * most:.2f} mm at 95 %"
 
 
 def _limited(log: ServoLog) -> dict[str, str]:
     """Describe for how long each limit kept the hand from its goal."""
     words = [f"{reason.value}, {seconds:.2f} s" for reason, seconds in limited_s(log).items()]
-    return {"kept from the goal by": "; ".join(words) if words else "nothing"}
+    return {"limited by": "; ".join(words) if words else "nothing"}
 
 
 def _overview(shown: NDArray[np.uint8]) -> str:

@@ -3,8 +3,8 @@
 What two cameras see at one instant has a place in space. Where it is at rest, a later image has it
 where the rig's poses predict it. In a recorded rig that moves, right poses predict 94 % and more of
 the features, and poses that are inverted, in millimetres, of another order or two lines late none.
-What one camera sees is somewhere on a ray, of which a later image has an arc; it does not tell
-metres from millimetres, and tells errors along the motion of the image from none.
+What one camera sees is somewhere on a ray, of which a later image has an arc: that shows neither a
+wrong unit of length nor errors along the arc.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -62,7 +62,7 @@ class _Seen:
             return _off_arc(points, moved[:3, 3], self.rays)
         return _off_direction(points + moved[:3, 3], self.rays)
 
-    def part(self, kept: NDArray[np.bool_]) -> "_Seen":
+    def part(self, kept: NDArray[np.bool_] | np.bool_) -> "_Seen":
         """Return those of the features that are `kept`, (N,)."""
         return replace(self, points=self.points[kept], rays=self.rays[kept])
 
@@ -130,12 +130,15 @@ class _Rig:
         return [float(np.mean(off < most)) for off, most in zip(offs, allowed, strict=True)]
 
 
-def doubt_rig_poses(capture: Capture, may_move: Balls | None = None) -> str | None:
+def doubt_rig_poses(
+    capture: Capture, may_move: Balls | None = None, *, among: Sequence[int] | None = None
+) -> str | None:
     """Return a message if images contradict the poses of a recorded rig that moves, else None.
 
-    Most of what the cameras see must be at rest, apart from `may_move`.
+    Most of what the cameras see must be at rest, apart from `may_move`. Observations `among` these
+    indices are compared; without, among all.
     """
-    rig = _rig(capture, may_move or (lambda _: ()))
+    rig = _rig(capture, may_move or (lambda _: ()), among)
     if rig is None or len(rig.seen) < _LEAST_COMPARED:
         return None
     agreeing = rig.agreeing(rig.world_from_rig)
@@ -199,20 +202,23 @@ def _others(poses: Sequence[Pose]) -> Iterator[tuple[str, Sequence[Pose]]]:
             )
 
 
-def _rig(capture: Capture, may_move: Balls) -> _Rig | None:
+def _rig(capture: Capture, may_move: Balls, among: Sequence[int] | None) -> _Rig | None:
     """Return what a rig that moves saw at pairs of instants; None if it does not move."""
     poses = capture.world_from_rig
     if not capture.is_recording or all(pose == poses[0] for pose in poses):
         return None
     first, *others = capture.cameras
     second = next((other for other in others if _baseline_m(first, other) > 0.0), None)
-    count = len(poses)
-    if any(picture is not None and picture.index is not None for picture in first.pictures[:1]):
-        count = min(count, _FIRST_OF_VIDEO)
-    places = np.unique(np.linspace(0, count - 1, _PLACES + 1).round().astype(int)).tolist()
+    indices = list(range(len(poses)) if among is None else among)
+    if any(picture is not None and picture.index is not None for picture in first.pictures):
+        indices = [index for index in indices if index < _FIRST_OF_VIDEO]
+    last = len(indices) - 1
+    places = np.unique(np.linspace(0, last, _PLACES + 1).round().astype(int)).tolist()
     seen = []
-    for begin, end in pairwise(places):
-        for other in (end, begin + max((end - begin) // _NEARER, 1)):
+    for start, end in pairwise(places):
+        nearer = start + max((end - start) // _NEARER, 1)
+        begin = indices[start]
+        for other in dict.fromkeys((indices[end], indices[nearer])):
             one = _seen(first, second, (begin, other))
             if one is not None:
                 world_from_both = [poses[index] @ first.rig_from_camera for index in one.indices]
@@ -242,8 +248,11 @@ def _seen(
     if again is None:
         return None
     rays = _rays(first.lens, again.second_px)
+    # A lens with strong distortion sees nothing at some pixels.
+    is_seen = np.isfinite(rays).all(axis=1)
     if second is None:
-        return _Seen(indices, _rays(first.lens, again.first_px), rays, located=False)
+        alone = _Seen(indices, _rays(first.lens, again.first_px), rays, located=False)
+        return alone.part(is_seen & np.isfinite(alone.points).all(axis=1))
     beside = _posed(second, indices[0])
     from_second = first.rig_from_camera.inverse() @ second.rig_from_camera
     pair = None if beside is None else match_features(here, beside, from_second.inverse())
@@ -253,7 +262,7 @@ def _seen(
     rows = [places.get(tuple(pixel), -1) for pixel in again.first_px.tolist()]
     seen = _Seen(indices, _points(pair, from_second)[rows], rays, located=True)
     is_ahead = np.isfinite(seen.points).all(axis=1) & (seen.points[:, 2] > 0.0)
-    return seen.part((np.array(rows) >= 0) & is_ahead)
+    return seen.part((np.array(rows) >= 0) & is_ahead & is_seen)
 
 
 def _posed(camera: CaptureCamera, index: int) -> PosedPicture | None:

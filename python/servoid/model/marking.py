@@ -70,21 +70,21 @@ def mark(
         )
     kept = [marked.get(view.name, view) for view in views]
     small, note = shrunk(kept)
-    left = sum(view.has_mask for view in views) if targets else 0
+    replaced = sum(view.has_mask for view in views) if targets else 0
     return Marked(
         views=tuple(view for view in small if view.name in marked),
         others=tuple(view for view in small if view.name not in marked),
         from_targets=bool(targets),
-        notes=(*([] if note is None else [note]), *([_unused(left)] if left else [])),
+        notes=(*([] if note is None else [note]), *([_instead_of(replaced)] if replaced else [])),
         doubts=tuple(doubts),
     )
 
 
-def _unused(count: int) -> str:
+def _instead_of(count: int) -> str:
     """Report the capture's own masks, which targets replace."""
     return (
-        f"the target was used instead of the capture's own {counted(count, 'mask')}; leave it out "
-        "to use these"
+        f"--target marks the object instead of the capture's own {counted(count, 'mask')}; leave "
+        "it out to use these"
     )
 
 

@@ -28,12 +28,14 @@ from servoid._native import Body, ModelSettings, Pose, View, silhouette_ious
 from servoid.capture import CaptureView
 from servoid.model.left_out import (
     CONFIRMED,
-    LEAST_LEFT_OUT,
-    MOST_LEFT_OUT,
+    LEAST_DIRECTIONS,
+    MOST_DIRECTIONS,
+    directions,
     overlap_left_out,
     overlap_of_fit,
 )
 from servoid.model.running import Progress, ProgressCallback
+from servoid.words import counted
 
 _GOOD = 0.9  # a mean overlap from which on the order is not doubted
 _HARDLY = 0.7  # a mean overlap from which on the convention of the poses is not doubted
@@ -93,11 +95,12 @@ def misplaced_notes(
 ) -> list[str]:
     """Report poses in another order than their images, or pairs of views that are exchanged.
 
-    `everywhere` are all views whose pose is known. Poses that are as they should be in no way that
-    is tried, and not confirmed either, are reported where the views are few.
+    `everywhere` are all views whose pose is known. Where the views are few, poses that nothing
+    confirms are reported as well.
     """
-    if len(fitted.views) <= MOST_LEFT_OUT and not fitted.is_checked:
-        return _few_notes(fitted, everywhere, progress)
+    sides = len(directions(fitted.native))
+    if sides <= MOST_DIRECTIONS and not fitted.is_checked:
+        return _few_notes(fitted, sides, everywhere, progress)
     if len(fitted.views) < _LEAST_VIEWS:
         return []
     order = None
@@ -113,13 +116,20 @@ def _tell(progress: ProgressCallback | None) -> None:
 
 
 def _few_notes(
-    fitted: Fitted, everywhere: Sequence[CaptureView], progress: ProgressCallback | None
+    fitted: Fitted,
+    sides: int,
+    everywhere: Sequence[CaptureView],
+    progress: ProgressCallback | None,
 ) -> list[str]:
-    """Report what is wrong with the poses of few views, or that nothing confirms them."""
+    """Report what is wrong with the poses of views from few `sides`, or that nothing confirms them.
+
+    Of the cameras of a rig at one instant, the images themselves are compared instead.
+    """
     count = len(fitted.views)
-    if count < LEAST_LEFT_OUT:
-        # One view alone has an assumed depth.
-        return [] if count < 2 else [_FEW.format(count=count, why="two views show no more")]
+    if sides < LEAST_DIRECTIONS:
+        is_instant = len({view.index for view in fitted.views}) == 1
+        why = f"they look from {counted(sides, 'direction')}"
+        return [] if is_instant else [_FEW.format(count=count, why=why)]
     tries = _Tries.of(fitted.views, fitted.native, fitted.settings, are_few=True)
     before = tries.as_they_are()
     if before >= CONFIRMED:
@@ -211,7 +221,7 @@ class _Tries:
             for view, of in zip(self.native, self.used, strict=True)
         ]
         views = [view for view in posed if view is not None]
-        least = LEAST_LEFT_OUT if self.are_few else _LEAST_VIEWS
+        least = LEAST_DIRECTIONS if self.are_few else _LEAST_VIEWS
         return self._overlap(views) if len(views) >= least else 0.0
 
     def exchanged(self, pair: tuple[int, int], before: float) -> tuple[float, str]:
@@ -276,9 +286,9 @@ def convention_note(
     used: Sequence[CaptureView], native: Sequence[View], settings: ModelSettings
 ) -> str | None:
     """Report that views of which no body can be made have poses of another convention."""
-    if len(used) < LEAST_LEFT_OUT:
+    if len(used) < LEAST_DIRECTIONS:
         return None
-    are_few = len(used) <= MOST_LEFT_OUT
+    are_few = len(directions(native)) <= MOST_DIRECTIONS
     after, note = max(_in_conventions(_Tries.of(used, native, settings, are_few=are_few), 0.0))
     return note if after > (CONFIRMED if are_few else _HARDLY) else None
 

@@ -14,7 +14,7 @@ _LEAST_SHARE = 0.1  # of a mask's pixels, that form a separate surface
 _BETWEEN = 0.02  # share of pixels that may be in a gap, as at edges inside the object
 _GAP = 0.5  # of the object's width: parts of one object are nearer to each other
 _FAR_SIDE = 0.15  # of a box's width or height
-_CUT_PX = HAND_PX - 1.0  # beyond a side of its box, where the mask is cut off at `HAND_PX`
+_CUT_PX = HAND_PX - 1.0  # more than this beyond a side of its box, a mask ends where it must
 # Of the mask's largest width along that side: boxes around the object reach 0.17 there, those that
 # end in its middle mostly 0.21 to 1.
 _CUT_SHARE = 0.2
@@ -122,7 +122,7 @@ def _is_cut(lines: NDArray[np.int64], side: float) -> bool:
     end = int(np.flatnonzero(lines)[0])
     # The outermost line may hold few pixels of a border that was moved.
     wide = lines[end : end + 2].max() > _CUT_SHARE * lines.max()
-    return bool(wide) and end > 0 and side - end >= _CUT_PX
+    return bool(wide) and end > 0 and side - end > _CUT_PX
 
 
 def thickness_left(mask: Mask) -> float:

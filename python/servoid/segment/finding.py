@@ -250,8 +250,8 @@ def _cut_off(mask: Mask, box: Corners) -> tuple[str, ...]:
     if not sides:
         return ()
     return (
-        f"the object that was found goes on beyond the {joined(sides)} of its box, where it was "
-        "cut off; draw the box around the whole object",
+        f"the object that was found reaches beyond the {joined(sides)} of its box, and may have "
+        "been cut off there; draw the box around the whole object",
     )
 
 

@@ -129,7 +129,8 @@ class TrackResult:
     def ball_at(self, index: int) -> tuple[NDArray[np.float64], float] | None:
         """Return a ball around the object in an observation: its centre in the world, its radius.
 
-        None if the observation was not tracked.
+        It is where the estimate has the object, also while it is searched for; None if the
+        observation was not followed.
         """
         found = next((one.estimate for one in self.tracked if one.index == index), None)
         if found is None:

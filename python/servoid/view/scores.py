@@ -51,12 +51,10 @@ def mean_iou(scored: list[ScoredView], *, used: bool) -> float | None:
 def verdict(rated: ModelVerdict, scored: list[ScoredView], doubts: Sequence[str] = ()) -> list[str]:
     """Return sentences: whether a body is good, its doubts, and which views it does not explain."""
     words = rated.words[0].upper() + rated.words[1:]
+    doubted = [f"In doubt: {doubt}." for doubt in doubts]
     if not scored:
-        return [f"{words}."]
-    sentences = [
-        f"{words}, measured by the IoU of mask and silhouette.",
-        *(f"In doubt: {doubt}." for doubt in doubts),
-    ]
+        return [f"{words}.", *doubted]
+    sentences = [f"{words}, measured by the IoU of mask and silhouette.", *doubted]
     poor = sorted((one for one in scored if one.iou < GOOD_IOU), key=lambda one: one.iou)
     if poor:
         names = ", ".join(one.view.name for one in poor[:_MOST_NAMED])

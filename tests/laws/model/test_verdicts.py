@@ -17,6 +17,7 @@ from servoid.model import ModelResult, Request, fit, fit_capture
 from servoid.model.verdict import rate_body
 from servoid.segment import parse_target
 from servoid.view import write_report
+from servoid.view.scores import verdict
 
 FINE = [("eye/0", 0.97), ("eye/1", 0.95)]
 
@@ -110,6 +111,11 @@ def test_masks_that_a_target_replaces_are_counted(drawn_capture: Path, drawing: 
     unmarked = open_capture(without_masks(drawn_capture))
     told = fit_capture(unmarked, request, targets=[target]).notes
     assert not any("own" in note for note in told)
+
+
+def test_a_doubt_is_on_the_page_though_no_view_is_rated() -> None:
+    rated = rate_body([], 0.9, ["its box is odd"])
+    assert verdict(rated, [], ["its box is odd"])[1:] == ["In doubt: its box is odd."]
 
 
 def test_a_track_is_in_doubt_if_the_first_masks_look_inverted(alone: Alone, tmp_path: Path) -> None:

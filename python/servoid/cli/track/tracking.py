@@ -92,6 +92,7 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
         doubt = doubt_rig_poses(
             footage.capture,
             lambda index: [ball for one in results if (ball := one.ball_at(index)) is not None],
+            among=[one.index for one in results[0].tracked],
         )
     results = [replace(one, calibration_doubt=doubt) for one in results]
     lacking += [] if doubt is None else [doubt]

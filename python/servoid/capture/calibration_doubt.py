@@ -18,12 +18,17 @@ from servoid.capture.exchanged import (
     repeated_note,
     until_settled,
 )
-from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
+from servoid.capture.matched_features import (
+    FIRST_OF_VIDEO,
+    MatchedFeatures,
+    PosedPicture,
+    match_features,
+    unit_px,
+)
 from servoid.pose import Floats, exact
 from servoid.words import camera_called, digits
 
 _PAIRS = 4
-_FIRST_OF_VIDEO = 30  # images that are compared pixel by pixel: later ones take long to decode
 _LEAST = 60  # matches
 _APART = 0.1  # of the spread of the views: nearer ones constrain nothing
 _LEAST_TURN = 1e-4  # of the axes of two cameras, below which the focal length is unobservable
@@ -111,10 +116,10 @@ def _doubt_fit(
     if sum(len(pair.first_px) for pair in pairs) < _LEAST:
         return None
     given_px = float(np.mean(pairs[0].lenses[0].focal_px))
-    unit_px = exact.hypot(*map(float, pairs[0].lenses[0].size_px)) / 1000.0
+    unit = unit_px(pairs[0].lenses[0])
     share, off_px, best_px = _best(pairs)
     # An object on a turntable before a static room fits no focal length.
-    is_found = may_be_focal and best_px < _FIT_PX * unit_px
+    is_found = may_be_focal and best_px < _FIT_PX * unit
     if is_found and off_px > _BETTER * best_px and abs(share - 1.0) > _CLOSE:
         others = np.array(
             [_best([_without(pair, number) for pair in pairs])[0] for number in range(_PARTS)]
@@ -127,7 +132,7 @@ def _doubt_fit(
                 f"{given_px:.0f} px: features are {digits(round(best_px, 2))} px from where the "
                 f"other image predicts them, instead of {digits(round(off_px, 2))}; calibrate again"
             )
-    if is_rig and min(off_px, best_px) > _OFF_PX * unit_px:
+    if is_rig and min(off_px, best_px) > _OFF_PX * unit:
         return (
             f"the images contradict the poses of the cameras: features are {off_px:.1f} px "
             "from where the other image predicts them; calibrate again"
@@ -140,7 +145,7 @@ def _repeated(one: CaptureCamera, other: CaptureCamera) -> str | None:
     pairs = enumerate(zip(one.pictures, other.pictures, strict=True))
     both = [(at, (a, b)) for at, (a, b) in pairs if a is not None and b is not None]
     if both and any(picture.index is not None for picture in both[0][1]):
-        both = both[:_FIRST_OF_VIDEO]
+        both = both[:FIRST_OF_VIDEO]
     for place in sorted({0, len(both) // 2, len(both) - 1}) if both else ():
         at, pictures = both[place]
         first, second = (

@@ -10,11 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid._native import Lens
 from servoid.capture.capture import CaptureView
-from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
+from servoid.capture.matched_features import (
+    MatchedFeatures,
+    PosedPicture,
+    match_features,
+    unit_px,
+    unit_rays,
+)
 from servoid.errors import CameraError, CaptureError, ImageError
-from servoid.pose import Floats, exact
+from servoid.pose import exact
 
 _LEAST = 20  # features that support an order of the images
 _RATIO = 4.0  # of those to the features that support the other order
@@ -166,7 +171,7 @@ def _is_clear(count: int, otherwise: int) -> bool:
 def _sides(pair: MatchedFeatures, *, exchanged: bool = False) -> _Sides:
     """Count on which side of the cameras features are, with images `exchanged` or not."""
     pixels = (pair.second_px, pair.first_px) if exchanged else (pair.first_px, pair.second_px)
-    one, other = (_rays(lens, part) for lens, part in zip(pair.lenses, pixels, strict=True))
+    one, other = (unit_rays(lens, part) for lens, part in zip(pair.lenses, pixels, strict=True))
     matrix = pair.second_from_first.matrix()
     offset = matrix[:3, 3]
     one = exact.product(one, np.ascontiguousarray(matrix[:3, :3].T))
@@ -178,16 +183,9 @@ def _sides(pair: MatchedFeatures, *, exchanged: bool = False) -> _Sides:
         along_other = -(np.cross(offset, one) * across).sum(axis=1) / size
         missed = np.abs((across * offset).sum(axis=1)) / np.sqrt(size)
         nearest = np.minimum(along_one, along_other)
-        unit = (
-            exact.hypot(*map(float, pair.lenses[0].size_px)) / 1000.0 / pair.lenses[0].focal_px[0]
-        )
+        unit = unit_px(pair.lenses[0]) / pair.lenses[0].focal_px[0]
         is_near = np.sqrt(size) > _PARALLAX_PX * unit
         is_behind = is_near & ~(nearest > 0.0)
         fits = is_near & (nearest > 0.0) & (missed / nearest < _OFF_PX * unit)
     front, behind = int(fits.sum()), int(is_behind.sum())
     return _Sides(len(size), front, behind, int(is_near.sum()) - front - behind)
-
-
-def _rays(lens: Lens, pixels: Floats) -> Floats:
-    rays = lens.rays(pixels)
-    return rays / exact.lengths(rays)[:, None]

@@ -1,6 +1,7 @@
 """Matches features of two images whose lenses and relative pose are known."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,8 @@ from servoid.camera import Picture, Recorded
 from servoid.errors import CaptureError, ImageError
 from servoid.pose import Floats, exact
 
+FIRST_OF_VIDEO = 30
+"""Images of a video that are compared: later ones take long to decode."""
 _LONG_PX = 640  # images are shrunk towards this before features are detected
 _FEATURES = 1000
 _ALIKE = 0.8  # largest ratio of the best match's distance to the second best's
@@ -40,6 +43,36 @@ class PosedPicture:
     lens: Lens
     recorded: Recorded
 
+    @cached_property
+    def features(self) -> tuple[Floats, NDArray[np.float32]] | None:
+        """Return feature positions, (N, 2) px, and descriptors; None if there are too few."""
+        import cv2
+
+        by = 1
+        while max(self.lens.size_px) // (2 * by) >= _LONG_PX:
+            by *= 2
+        try:
+            pixels = self.picture.read(self.recorded.size_px, by * self.recorded.by)
+        except (CaptureError, ImageError):
+            return None
+        grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
+        points, looks = cv2.SIFT.create(_FEATURES).detectAndCompute(grey, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
+        if looks is None or len(points) < _LEAST_OF_PAIR:
+            return None
+        places = np.array([point.pt for point in points], np.float64)
+        return (places + 0.5) * by - 0.5, np.asarray(looks, np.float32)
+
+
+def unit_px(lens: Lens) -> float:
+    """Return a thousandth of the diagonal of a lens's image, the unit of limits in pixels."""
+    return exact.hypot(*map(float, lens.size_px)) / 1000.0
+
+
+def unit_rays(lens: Lens, pixels: Floats) -> Floats:
+    """Return unit vectors from a lens through pixels, (N, 3)."""
+    rays = lens.rays(pixels)
+    return rays / exact.lengths(rays)[:, None]
+
 
 def match_features(
     first: PosedPicture, second: PosedPicture, second_from_first: Pose
@@ -49,38 +82,18 @@ def match_features(
 
     found = []
     for image in (first, second):
-        features = _features(image)
-        if features is None or len(features[0]) < _LEAST_OF_PAIR:
+        if image.features is None:
             return None
-        found.append(features)
+        found.append(image.features)
     near = cv2.BFMatcher().knnMatch(found[0][1], found[1][1], k=2)
     kept = {one.trainIdx: one for one, two in near if one.distance < _ALIKE * two.distance}
     rows = np.array([(one.queryIdx, one.trainIdx) for one in kept.values()]).reshape(-1, 2)
     if len(rows) < _LEAST_OF_PAIR:
         return None
     one, other = found[0][0][rows[:, 0]], found[1][0][rows[:, 1]]
-    off_px = exact.hypot(*map(float, first.lens.size_px)) / 1000.0
+    off_px = unit_px(first.lens)
     _, agree = cv2.findFundamentalMat(one, other, cv2.USAC_MAGSAC, off_px, 0.999, 2000)
     if agree is None or agree.sum() < _LEAST_OF_PAIR:
         return None
     same = agree.ravel() > 0
     return MatchedFeatures((first.lens, second.lens), second_from_first, one[same], other[same])
-
-
-def _features(image: PosedPicture) -> tuple[Floats, NDArray[np.float32]] | None:
-    """Return an image's feature positions, (N, 2) px, and descriptors; None if there are none."""
-    import cv2
-
-    by = 1
-    while max(image.lens.size_px) // (2 * by) >= _LONG_PX:
-        by *= 2
-    try:
-        pixels = image.picture.read(image.recorded.size_px, by * image.recorded.by)
-    except (CaptureError, ImageError):
-        return None
-    grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
-    points, looks = cv2.SIFT.create(_FEATURES).detectAndCompute(grey, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
-    if looks is None:
-        return None
-    places = np.array([point.pt for point in points], np.float64)
-    return (places + 0.5) * by - 0.5, np.asarray(looks, np.float32)

@@ -17,8 +17,15 @@ from numpy.typing import NDArray
 from servoid._native import Lens, Pose
 from servoid.camera import Recorded
 from servoid.capture.capture import Capture, CaptureCamera
-from servoid.capture.matched_features import MatchedFeatures, PosedPicture, match_features
-from servoid.pose import Floats, exact
+from servoid.capture.matched_features import (
+    FIRST_OF_VIDEO,
+    MatchedFeatures,
+    PosedPicture,
+    match_features,
+    unit_px,
+    unit_rays,
+)
+from servoid.pose import CV_FROM_GL, Floats, exact
 from servoid.words import digits
 
 Balls = Callable[[int], Sequence[tuple[Floats, float]]]
@@ -26,7 +33,6 @@ Balls = Callable[[int], Sequence[tuple[Floats, float]]]
 
 _PLACES = 4  # in the recording, at which two instants are compared
 _NEARER = 4  # times, if the images of two instants have nothing in common
-_FIRST_OF_VIDEO = 30  # images that are compared: later ones take long to decode
 _LEAST = 20  # features of two instants
 _LEAST_COMPARED = 2  # pairs of instants
 _OFF_PX = 8.0  # at 1000 px of diagonal: a hand-eye calibration is usually nearer than this
@@ -37,7 +43,6 @@ _EXPLAINED_PX = 2.0  # at 1000 px of diagonal: nearer, other poses explain the i
 _ASIDE = 1.2  # of a ball's radius: features of what may move
 _MOST_LATE = 10  # lines
 _MILLI = 0.001
-_CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +110,7 @@ class _Rig:
 
     def offs_px(self, world_from_rig: Sequence[Pose]) -> tuple[list[Floats], list[float]]:
         """Return how far features are off with these poses, (N,) px, and by how much they may."""
-        unit_px = exact.hypot(*map(float, self.lens.size_px)) / 1000.0
+        unit = unit_px(self.lens)
         offs, allowed = [], []
         for seen in self.seen:
             one, other = (world_from_rig[index] @ self.rig_from_camera for index in seen.indices)
@@ -114,7 +119,7 @@ class _Rig:
             if seen.located:
                 shift_m = exact.norm(np.subtract(other.translation, one.translation))
                 enlarged = min(shift_m / self.baseline_m, _MOST_ENLARGED)
-            allowed.append(unit_px * (_OFF_PX + _NOISE_PX * enlarged))
+            allowed.append(unit * (_OFF_PX + _NOISE_PX * enlarged))
         return offs, allowed
 
     def usual_px(self, world_from_rig: Sequence[Pose]) -> float:
@@ -162,10 +167,9 @@ def _contradicts(agreeing: Sequence[float]) -> bool:
 
 def _cure(rig: _Rig) -> str:
     """Say with which poses the images agree, or what to check if there are none."""
-    unit_px = exact.hypot(*map(float, rig.lens.size_px)) / 1000.0
     tried = [(rig.usual_px(poses), words, poses) for words, poses in _others(rig.world_from_rig)]
     off_px, words, poses = min(tried, key=lambda one: one[0])
-    if off_px < _EXPLAINED_PX * unit_px:
+    if off_px < _EXPLAINED_PX * unit_px(rig.lens):
         return f"{words} {100.0 * float(np.median(rig.agreeing(poses))):.0f} % would be"
     return (
         "check that they are world_from_rig, in metres, and of the same times as the images, and "
@@ -182,7 +186,7 @@ def _others(poses: Sequence[Pose]) -> Iterator[tuple[str, Sequence[Pose]]]:
     yield (
         "change the signs of the second and the third column of each rotation: they look like "
         "those of cameras with y up and z backwards, with which",
-        [pose @ _CV_FROM_GL for pose in poses],
+        [pose @ CV_FROM_GL for pose in poses],
     )
     yield (
         "write x, y and z in metres: they look like millimetres, with which",
@@ -211,7 +215,7 @@ def _rig(capture: Capture, may_move: Balls, among: Sequence[int] | None) -> _Rig
     second = next((other for other in others if _baseline_m(first, other) > 0.0), None)
     indices = list(range(len(poses)) if among is None else among)
     if any(picture is not None and picture.index is not None for picture in first.pictures):
-        indices = [index for index in indices if index < _FIRST_OF_VIDEO]
+        indices = [index for index in indices if index < FIRST_OF_VIDEO]
     last = len(indices) - 1
     places = np.unique(np.linspace(0, last, _PLACES + 1).round().astype(int)).tolist()
     seen = []
@@ -244,14 +248,14 @@ def _seen(
     here, later = (_posed(first, index) for index in indices)
     if here is None or later is None:
         return None
-    again = match_features(here, later, Pose.exp(np.zeros(6)))
+    again = match_features(here, later, Pose.identity())
     if again is None:
         return None
-    rays = _rays(first.lens, again.second_px)
+    rays = unit_rays(first.lens, again.second_px)
     # A lens with strong distortion sees nothing at some pixels.
     is_seen = np.isfinite(rays).all(axis=1)
     if second is None:
-        alone = _Seen(indices, _rays(first.lens, again.first_px), rays, located=False)
+        alone = _Seen(indices, unit_rays(first.lens, again.first_px), rays, located=False)
         return alone.part(is_seen & np.isfinite(alone.points).all(axis=1))
     beside = _posed(second, indices[0])
     from_second = first.rig_from_camera.inverse() @ second.rig_from_camera
@@ -273,14 +277,13 @@ def _posed(camera: CaptureCamera, index: int) -> PosedPicture | None:
 
 def _points(pair: MatchedFeatures, from_second: Pose) -> Floats:
     """Return where the rays of two cameras come closest, (N, 3) in the first one's frame."""
-    one, other = _rays(pair.lenses[0], pair.first_px), _rays(pair.lenses[1], pair.second_px)
+    one, other = unit_rays(pair.lenses[0], pair.first_px), unit_rays(pair.lenses[1], pair.second_px)
     matrix = from_second.matrix()
     other = exact.product(other, np.ascontiguousarray(matrix[:3, :3].T))
     across = np.cross(one, other)
+    size = np.square(across).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        along = (np.cross(matrix[:3, 3], other) * across).sum(axis=1) / np.square(across).sum(
-            axis=1
-        )
+        along = (np.cross(matrix[:3, 3], other) * across).sum(axis=1) / size
         return one * along[:, None]
 
 
@@ -299,8 +302,3 @@ def _at_rest(
             beside = exact.lengths(np.cross(rays, at))
             kept &= (beside > _ASIDE * radius) | ((rays * at).sum(axis=1) < 0.0)
     return seen.part(kept)
-
-
-def _rays(lens: Lens, pixels: Floats) -> Floats:
-    rays = lens.rays(pixels)
-    return rays / exact.lengths(rays)[:, None]

@@ -35,6 +35,7 @@ from servoid.model.left_out import (
     overlap_of_fit,
 )
 from servoid.model.running import Progress, ProgressCallback
+from servoid.pose import CV_FROM_GL
 from servoid.words import counted
 
 _GOOD = 0.9  # a mean overlap from which on the order is not doubted
@@ -60,13 +61,12 @@ _ORDERS: tuple[tuple[str, Callable[[int, int], int]], ...] = (
 )
 """Orders of poses to try: the words, and the index of a pose for an image's index and the last."""
 
-_CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 _CONVENTIONS: tuple[tuple[str, Callable[[Pose], Pose]], ...] = (
     ("camera_from_world: invert them", Pose.inverse),
     (
         "those of cameras with y up and z backwards, as in OpenGL and Blender: change the signs of "
         "the second and the third column of each rotation",
-        lambda pose: pose @ _CV_FROM_GL,
+        lambda pose: pose @ CV_FROM_GL,
     ),
 )
 """Conventions of poses to try: what they are and what to do, and world_from_camera of a pose."""

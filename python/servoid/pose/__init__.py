@@ -4,7 +4,7 @@ from servoid._native import Pose
 from servoid.errors import PoseError
 from servoid.pose import exact
 from servoid.pose.exact import Floats
-from servoid.pose.looking import looking
+from servoid.pose.looking import CV_FROM_GL, looking
 from servoid.pose.parts import joined, parts_of
 
 __all__ = ["Pose", "PoseError", "looking"]

@@ -1,4 +1,4 @@
-"""Computes poses that look at a point."""
+"""Computes poses that look at a point, and converts the frames of cameras that look otherwise."""
 
 from collections.abc import Sequence
 
@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from servoid._native import Pose
 from servoid.errors import PoseError
 from servoid.pose import exact
+
+CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
+"""From the camera frame of OpenGL and Blender, y up and z backwards, to ours, y down, z forward."""
 
 
 def looking(

@@ -8,6 +8,7 @@ import pytest
 from commands import Command
 from numpy.typing import NDArray
 from rooms_to_scan import FOCAL_PX, SIZE_PX, write_pair
+from tiers import tiered
 
 from servoid._native import Lens
 from servoid.capture import Capture, calibration_doubt, open_capture
@@ -88,7 +89,7 @@ def test_a_wrong_focal_length_of_eyes_that_are_toed_in_is_told(tmp_path: Path) -
     assert doubt is not None and "better than 270 px" in doubt
 
 
-@pytest.mark.parametrize("share", [0.5, 0.6, 1.5, 1.9])
+@pytest.mark.parametrize("share", tiered([0.6, 1.5, 0.5, 1.9], 2))
 def test_a_focal_length_that_is_far_off_is_told_as_well(share: float, tmp_path: Path) -> None:
     capture = write_pair(tmp_path, toed_in(8.0))
     doubt = doubt_calibration(with_focal(capture, share))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from commands import Command
+from tiers import tiered
 from toys import VIEWS, roughened, seen, toy
 
 from servoid.capture import View, open_capture
@@ -43,7 +44,7 @@ CONVENTIONS: dict[str, tuple[Callable[[Pose], Pose], str]] = {
 }
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", tiered(range(2)))
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_poses_of_another_convention_are_told_and_the_convention_is_named(
     convention: str, seed: int
@@ -60,7 +61,7 @@ def test_poses_of_another_convention_are_told_and_the_convention_is_named(
     assert re.search(words, told)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", tiered(range(2)))
 @pytest.mark.parametrize("fault", FAULTS)
 def test_poses_in_another_order_than_the_images_are_told_and_the_order_is_named(
     fault: str, seed: int
@@ -73,7 +74,7 @@ def test_poses_in_another_order_than_the_images_are_told_and_the_order_is_named(
         assert words in notes
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", tiered(range(5), 2))
 def test_a_hard_capture_is_not_blamed_for_its_order(seed: int) -> None:
     views = seen(toy(seed))
     for given in (views, roughened(views, seed)):
@@ -81,7 +82,9 @@ def test_a_hard_capture_is_not_blamed_for_its_order(seed: int) -> None:
         assert "belong together" not in notes and "look exchanged" not in notes
 
 
-@pytest.mark.parametrize(("seed", "pair"), [(0, (1, 7)), (1, (2, 3)), (2, (0, 10)), (3, (4, 9))])
+@pytest.mark.parametrize(
+    ("seed", "pair"), tiered([(0, (1, 7)), (1, (2, 3)), (2, (0, 10)), (3, (4, 9))], 2)
+)
 def test_two_exchanged_views_are_named(seed: int, pair: tuple[int, int]) -> None:
     views = seen(toy(seed))
     order = list(range(VIEWS))
@@ -93,7 +96,7 @@ def test_two_exchanged_views_are_named(seed: int, pair: tuple[int, int]) -> None
     assert "belong together" not in notes
 
 
-@pytest.mark.parametrize("fault", ["one line", "reversed"])
+@pytest.mark.parametrize("fault", tiered(["one line", "reversed"]))
 def test_a_poses_csv_in_another_order_is_told_in_the_summary(
     fault: str, tmp_path: Path, servoid_command: Command
 ) -> None:

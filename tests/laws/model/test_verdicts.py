@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from recordings import Alone, run_servoid
 from scenes_model import box_around, without_masks
+from tiers import tiered
 from toys import seen, toy
 
 from conftest import Command, Drawing, write_png
@@ -86,7 +87,7 @@ def test_poses_in_millimetres_make_no_good_body(
     assert "doubt the object is" in words
 
 
-@pytest.mark.parametrize("method", ["region", "paper"])
+@pytest.mark.parametrize("method", tiered(["region", "paper"]))
 def test_inverted_masks_make_no_good_body(
     method: str, drawn_capture: Path, tmp_path: Path, servoid_command: Command
 ) -> None:

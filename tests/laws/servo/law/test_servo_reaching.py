@@ -11,6 +11,7 @@ from servo_loop import (
     still,
     to_and_fro,
 )
+from tiers import tiered
 
 from servoid.pose import Pose
 from servoid.servo import (
@@ -103,7 +104,7 @@ def test_a_joint_at_its_stop_is_told() -> None:
 
 
 @LAWS
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", tiered(range(3)))
 def test_goals_that_are_reached_raise_no_false_alarm(law: JointLaw, seed: int) -> None:
     random = np.random.default_rng(seed)
     loop = Loop(to_and_fro(10), by(law), noise=(0.0005, 0.005), seed=seed)

@@ -105,14 +105,13 @@ def misplaced_notes(
         return []
     order = None
     if float(fitted.ious.mean()) < _GOOD:
-        _tell(progress)
-        order = _order_note(fitted, everywhere)
+        order = _order_note(fitted, everywhere, progress)
     return _exchanged_notes(fitted) if order is None else [order]
 
 
-def _tell(progress: ProgressCallback | None) -> None:
+def _tell(progress: ProgressCallback | None, stage: str) -> None:
     if progress is not None:
-        progress(Progress(0, 0.0, 1.0, "comparing the order of the poses"))
+        progress(Progress(0, 0.0, 1.0, stage))
 
 
 def _few_notes(
@@ -130,11 +129,11 @@ def _few_notes(
         is_instant = len({view.index for view in fitted.views}) == 1
         why = f"they look from {counted(sides, 'direction')}"
         return [] if is_instant else [_FEW.format(count=count, why=why)]
-    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, are_few=True)
+    _tell(progress, "comparing the views with each other")
+    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, progress, are_few=True)
     before = tries.as_they_are()
     if before >= CONFIRMED:
         return []
-    _tell(progress)
     found = _in_orders(everywhere, tries, before) + _in_conventions(tries, before)
     if count <= _MOST_EXCHANGED and max(found)[0] < CONFIRMED:
         found += [tries.exchanged(pair, before) for pair in combinations(range(count), 2)]
@@ -187,6 +186,7 @@ class _Tries:
     used: Sequence[CaptureView]
     native: Sequence[View]
     settings: ModelSettings
+    progress: ProgressCallback | None
     are_few: bool
 
     @classmethod
@@ -195,6 +195,7 @@ class _Tries:
         used: Sequence[CaptureView],
         native: Sequence[View],
         settings: ModelSettings,
+        progress: ProgressCallback | None,
         *,
         are_few: bool = False,
     ) -> "_Tries":
@@ -208,7 +209,8 @@ class _Tries:
             threads=settings.threads,
             quick=True,
         )
-        return cls([used[one] for one in tried], [native[one] for one in tried], quick, are_few)
+        views, seen = [used[one] for one in tried], [native[one] for one in tried]
+        return cls(views, seen, quick, progress, are_few)
 
     def as_they_are(self) -> float:
         """Return the mean overlap with the given poses."""
@@ -222,6 +224,7 @@ class _Tries:
         ]
         views = [view for view in posed if view is not None]
         least = LEAST_DIRECTIONS if self.are_few else _LEAST_VIEWS
+        _tell(self.progress, "comparing other orders of the poses")
         return self._overlap(views) if len(views) >= least else 0.0
 
     def exchanged(self, pair: tuple[int, int], before: float) -> tuple[float, str]:
@@ -231,6 +234,7 @@ class _Tries:
             return 0.0, ""
         views = list(self.native)
         views[pair[0]], views[pair[1]] = changed
+        _tell(self.progress, "comparing exchanged views")
         after = self._overlap(views)
         one, other = (self.used[index].name for index in pair)
         return after, (
@@ -249,9 +253,11 @@ class _Tries:
         return (overlap_left_out if self.are_few else overlap_of_fit)(views, self.settings)
 
 
-def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView]) -> str | None:
+def _order_note(
+    fitted: Fitted, everywhere: Sequence[CaptureView], progress: ProgressCallback | None
+) -> str | None:
     """Report poses in another order or convention, where that fits the masks far better."""
-    tries = _Tries.of(fitted.views, fitted.native, fitted.settings)
+    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, progress)
     before = tries.as_they_are()
     found = _in_orders(everywhere, tries, before)
     if float(fitted.ious.mean()) < _HARDLY:
@@ -289,7 +295,8 @@ def convention_note(
     if len(used) < LEAST_DIRECTIONS:
         return None
     are_few = len(directions(native)) <= MOST_DIRECTIONS
-    after, note = max(_in_conventions(_Tries.of(used, native, settings, are_few=are_few), 0.0))
+    tries = _Tries.of(used, native, settings, None, are_few=are_few)
+    after, note = max(_in_conventions(tries, 0.0))
     return note if after > (CONFIRMED if are_few else _HARDLY) else None
 
 

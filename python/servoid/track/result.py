@@ -65,8 +65,8 @@ class TrackResult:
     image to the first estimate, modelling included; `overlap` is the intersection over union of the
     body's outline and the masks of the first observation, their mean, None without masks. `doubts`
     are those of the notes that doubt the mask, the body or the pose of the start;
-    `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, or
-    the poses of a rig that moves, by `capture.doubt_rig_poses`.
+    `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, and
+    `rig_doubt` how they contradict the poses of a rig that moves, by `capture.doubt_rig_poses`.
     """
 
     name: str
@@ -80,6 +80,7 @@ class TrackResult:
     overlap: float | None = None
     doubts: tuple[str, ...] = ()
     calibration_doubt: str | None = None
+    rig_doubt: str | None = None
 
     def __len__(self) -> int:
         return len(self.tracked)
@@ -103,7 +104,7 @@ class TrackResult:
     def verdict(self) -> str:
         """Return whether the tracking is good, rough, poor or unknown, as its report begins."""
         # Good poses may be those of another object, or wrong by a wrong scale.
-        is_doubted = self.doubts or self.calibration_doubt is not None
+        is_doubted = self.doubts or self.calibration_doubt or self.rig_doubt
         allowed = _VERDICTS[1:] if is_doubted else _VERDICTS
         word = next(word for word, least in allowed if self.tracked_share >= least)
         return "unknown" if word == _VERDICTS[0][0] and self._is_short else word
@@ -115,6 +116,8 @@ class TrackResult:
         reasons = ["what was found at first is in doubt"] if self.doubts else []
         if self.calibration_doubt is not None:
             reasons.append("the calibration is in doubt")
+        if self.rig_doubt is not None:
+            reasons.append("the poses of the rig are in doubt")
         if away:
             reasons.append(f"not tracked in {away} of {counted(len(self), 'observation')}")
         if self.verdict == "unknown":

@@ -1,5 +1,6 @@
 """A few views are fitted well by a wrong body too: it is not called good unless they agree."""
 
+import contextlib
 import re
 from collections.abc import Callable, Sequence
 
@@ -132,3 +133,14 @@ def test_views_that_were_not_used_confirm_the_poses_as_well() -> None:
     made = fit(few(4, 0), views=slice(0, 2), seed=0)
     assert not any("confirms" in doubt for doubt in made.doubts)
     assert len(made.iou_unused) == 2
+
+
+def test_long_comparisons_say_what_they_do() -> None:
+    stages = []
+    with contextlib.suppress(ModelError):
+        fit(
+            posed(few(4, 0), "reversed"), max_ellipsoids=3, delta=0.0, seed=0,
+            progress=lambda told: stages.append(told.stage),
+        )  # fmt: skip
+    assert stages.count("comparing the views with each other") == 1
+    assert stages.count("comparing other orders of the poses") == 5

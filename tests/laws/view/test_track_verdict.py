@@ -58,6 +58,8 @@ def test_a_track_by_cameras_that_the_images_contradict_is_not_good() -> None:
     doubted = replace(result, calibration_doubt="the images contradict the calibration")
     assert (result.verdict, doubted.verdict) == ("good", "rough")
     assert doubted.reasons == ["the calibration is in doubt"]
+    doubted = replace(result, rig_doubt="features at rest move")
+    assert (doubted.verdict, doubted.reasons) == ("rough", ["the poses of the rig are in doubt"])
 
 
 def test_what_the_verdict_doubts_is_not_repeated_in_the_notes(tmp_path: Path) -> None:

@@ -88,14 +88,15 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
     files = _write(order, results, reports)  # first: an interrupt of what follows loses no pose
     is_assumed = order.known.baseline_m is not None
     doubt = doubt_calibration(footage.capture, is_assumed=is_assumed)
+    rig_doubt = None
     if doubt is None:
-        doubt = doubt_rig_poses(
+        rig_doubt = doubt_rig_poses(
             footage.capture,
             lambda index: [ball for one in results if (ball := one.ball_at(index)) is not None],
             among=[one.index for one in results[0].tracked],
         )
-    results = [replace(one, calibration_doubt=doubt) for one in results]
-    lacking += [] if doubt is None else [doubt]
+    results = [replace(one, calibration_doubt=doubt, rig_doubt=rig_doubt) for one in results]
+    lacking += [one for one in (doubt, rig_doubt) if one is not None]
     if reports is not None:
         notes = [*notes_on(footage), *lacking, *footage.notes]
         pages = reports.write(results, _ending(stopped, len(collector)), notes)

@@ -785,6 +785,10 @@ class Estimate:
     @property
     def seconds(self) -> dict[str, float]:
         """Seconds spent in each stage: prepare, search, refine, verify, update."""
+    def in_doubt(self) -> Estimate:
+        """
+        Returns the same estimate of a pose that nothing confirms, as of a start that is in doubt.
+        """
     def __eq__(self, value: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 

@@ -8,7 +8,7 @@ from servoid.cli.export_command import ExportOrder
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.wrong_options import of_options
 from servoid.exchange.export import check_export, check_options, export_body, format_of
-from servoid.shape import body_size_note, load_body
+from servoid.shape import NO_UNIT, body_size_note, load_body
 from servoid.words import counted, four_digits
 
 _CM3_PER_M3 = 1e6
@@ -36,6 +36,6 @@ def run_export(order: ExportOrder) -> None:
         f"{counted(count, 'ellipsoid')}, "
         f"{four_digits(_CM3_PER_M3 * done.volume_m3)} cm³, {four_digits(done.mass_kg)} kg"
     )
-    note = body_size_note(file.body())
+    note = body_size_note(file.body()) if file.is_metric else NO_UNIT
     if note is not None:
         typer.echo(f"  note  {note}")

@@ -34,6 +34,8 @@ from servoid.config.plausible import (
     BRAKING,
     FAR_M,
     HAND_SPEED,
+    MODELLED_AWAY_M,
+    MODELLED_SIZE_M,
     NEAR_M,
     OBJECT_MOST_M,
     OBJECT_SPEED,

@@ -10,6 +10,9 @@ from servoid.words import digits, measured
 OBJECT_LEAST_M, OBJECT_MOST_M = 1e-3, 10.0
 """The sizes of objects: others are reported, as their unit may be any."""
 
+MODELLED_AWAY_M, MODELLED_SIZE_M = (0.02, 20.0), (2e-3, 5.0)
+"""The distances and sizes of objects to model: others are doubted, as of lengths in centimetres."""
+
 FAR_M = 100.0
 """The distance from cameras to what they measure, and from an arm to where it may go."""
 

@@ -20,7 +20,7 @@ from servoid._native import (
 )
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
-from servoid.model.misfit import center_notes, far_note, swapped_note
+from servoid.model.misfit import center_notes, scale_note, swapped_note
 from servoid.model.misplaced import Fitted, convention_note, misplaced_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import Coverage, ModelResult
@@ -131,8 +131,8 @@ def fit(
     used, unused = divide(small, views)
     result = fit_views(used, unused, NO_RANGE_SAMPLES, request)
     is_metric = not any(isinstance(one, CaptureView) for one in capture_views)
-    far = far_note(result.body, result.native_used) if is_metric else None
-    result = result.doubted([*center_notes([*used, *unused]), far])
+    scale = scale_note(result.body, result.native_used) if is_metric else None
+    result = result.doubted([*center_notes([*used, *unused]), scale])
     return result if note is None else replace(result, notes=(*result.notes, note))
 
 
@@ -176,7 +176,13 @@ def fit_views(
     iou_used = _judge(body, native_used)
     misplaced = misplaced_notes(
         Fitted(
-            body, settings, used, native_used, iou_used, is_checked=bool(unused or len(samples))
+            body,
+            steps[-1].fitness,
+            settings,
+            used,
+            native_used,
+            iou_used,
+            is_checked=bool(unused or len(samples)),
         ),
         [*used, *unused, *everywhere],
         request.progress,

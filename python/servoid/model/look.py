@@ -13,7 +13,7 @@ from servoid.model.depth_agreement import check_depth_agrees, with_twins
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
-from servoid.model.misfit import center_notes, far_note, swapped_note
+from servoid.model.misfit import center_notes, scale_note, swapped_note
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import (
@@ -84,7 +84,7 @@ def fit_capture(
     alone = len(known) + len(marked.others) == 1 and not len(samples)
     if alone or distance_m is not None:
         result = fit_one_view(known[0], _distance(distance_m, alone), request)
-        return _noted(result, targets, notes, doubts)
+        return _noted(result, targets, notes, doubts, is_metric=capture.metric)
     if marked.others and (len(known) < 2 or marked.from_targets):
         finding = replace(request, progress=part_of(request.progress, 0.0, _FINDING))
         known = _with_spread(marked, samples, finding, notes)
@@ -106,8 +106,8 @@ def fit_capture(
         if len(used) > 1:
             raise
         raise ModelError("; ".join([str(error), *doubts, *notes])) from error
-    far = far_note(result.body, result.native_used) if capture.metric else None
-    return _noted(result, targets, notes, [*doubts, far])
+    scale = scale_note(result.body, result.native_used) if capture.metric else None
+    return _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
 
 
 def _noted(
@@ -115,10 +115,12 @@ def _noted(
     targets: Sequence[Target],
     notes: Sequence[str],
     doubts: Sequence[str | None],
+    *,
+    is_metric: bool,
 ) -> ModelResult:
     """Return the result with notes and doubts that were known before it."""
     named = tuple(map(str, targets))
-    noted = replace(result, targets=named, notes=(*notes, *result.notes))
+    noted = replace(result, targets=named, notes=(*notes, *result.notes), is_metric=is_metric)
     return noted.doubted(doubts)
 
 
@@ -204,11 +206,11 @@ def fit_capture_by_paper(
         notes=(f"hue window {window[0]:.0f} to {window[1]:.0f} degrees",),
         seconds=time.perf_counter() - start,
     )
-    far = far_note(body, natives) if capture.metric else None
+    scale = scale_note(body, natives) if capture.metric else None
     swapped = swapped_note([view.mask for view in natives])
     notes = [*marked.notes, *(() if capture.metric else (NO_METRES,))]
-    doubts = [*marked.doubts, *center_notes(used), swapped, far]
-    return _noted(result, targets, notes, doubts)
+    doubts = [*marked.doubts, *center_notes(used), swapped, scale]
+    return _noted(result, targets, notes, doubts, is_metric=capture.metric)
 
 
 def _distance(distance_m: float | None, alone: bool) -> float:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from servoid._native import Body, View
 from servoid.camera import principal_point_note
 from servoid.capture import CaptureView
-from servoid.config import FAR_M
+from servoid.config import MODELLED_AWAY_M, MODELLED_SIZE_M
 from servoid.pose import exact
 from servoid.words import counted, measured
 
@@ -62,20 +62,24 @@ def swapped_note(masks: Sequence[NDArray[np.uint8]]) -> str | None:
     )
 
 
-def far_note(body: Body, views: Sequence[View]) -> str | None:
-    """Report an object so far from all cameras that its lengths can hardly be in metres."""
-    away = [
+def scale_note(body: Body, views: Sequence[View]) -> str | None:
+    """Report an object of a size, or at a distance, that can hardly be in metres."""
+    ways = [
         exact.norm(np.subtract(body.world_from_object.translation, eye))
         for eye in (view.world_from_camera.translation for view in views)
     ]
-    if min(away, default=0.0) < FAR_M:
+    away, size = min(ways, default=1.0), 2.0 * float(body.radii.max())
+    (nearest, farthest), (least, most) = MODELLED_AWAY_M, MODELLED_SIZE_M
+    if away > farthest or size > most:
+        why = "in millimetres or centimetres"
+    elif away < nearest or size < least:
+        why = "too small by 1000, as of metres that are read as millimetres"
+    else:
         return None
-    size = measured(2.0 * body.radii.max())
     return (
-        f"the object is {measured(min(away))} m away and up to {size} m "
-        "large: are poses or depths in millimetres, or the cameras' distance from each other? They "
-        "are in metres everywhere; a capture.toml gives the unit of its depth images as "
-        "depth_scale_m"
+        f"the object is {measured(away)} m away and up to {measured(size)} m large: are poses or "
+        f"depths {why}, or the cameras' distance from each other? They are in metres "
+        "everywhere; a capture.toml gives the unit of its depth images as depth_scale_m"
     )
 
 

@@ -19,6 +19,7 @@ nothing confirms their poses.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -54,6 +55,8 @@ _FEW = (
     "usually suffice"
 )
 
+_Tell = Callable[[str], None]  # reports the stage of long work
+
 _ORDERS: tuple[tuple[str, Callable[[int, int], int]], ...] = (
     ("if each image takes the pose of the next line", lambda index, _: index + 1),
     ("if each image takes the pose of the line before", lambda index, _: index - 1),
@@ -77,10 +80,12 @@ class Fitted:
     """A body, and how it fits its views.
 
     `native` are the `views` in the core's form, `ious` (V,) float64 their overlap with the body.
-    `is_checked` says that other views, or measured depth, contradict poses that are wrong.
+    `fitness` is that of the body. `is_checked` says that other views, or measured depth, contradict
+    poses that are wrong.
     """
 
     body: Body
+    fitness: float
     settings: ModelSettings
     views: Sequence[CaptureView]
     native: Sequence[View]
@@ -99,26 +104,27 @@ def misplaced_notes(
     confirms are reported as well.
     """
     sides = len(directions(fitted.native))
+    tell = partial(_tell, progress, fitted)
     if sides <= MOST_DIRECTIONS and not fitted.is_checked:
-        return _few_notes(fitted, sides, everywhere, progress)
+        return _few_notes(fitted, sides, everywhere, tell)
     if len(fitted.views) < _LEAST_VIEWS:
         return []
     order = None
     if float(fitted.ious.mean()) < _GOOD:
-        order = _order_note(fitted, everywhere, progress)
+        order = _order_note(fitted, everywhere, tell)
     return _exchanged_notes(fitted) if order is None else [order]
 
 
-def _tell(progress: ProgressCallback | None, stage: str) -> None:
+def _tell(progress: ProgressCallback | None, fitted: Fitted, stage: str) -> None:
     if progress is not None:
-        progress(Progress(0, 0.0, 1.0, stage))
+        progress(Progress(len(fitted.body), fitted.fitness, 1.0, stage))
 
 
 def _few_notes(
     fitted: Fitted,
     sides: int,
     everywhere: Sequence[CaptureView],
-    progress: ProgressCallback | None,
+    tell: _Tell,
 ) -> list[str]:
     """Report what is wrong with the poses of views from few `sides`, or that nothing confirms them.
 
@@ -129,8 +135,8 @@ def _few_notes(
         is_instant = len({view.index for view in fitted.views}) == 1
         why = f"they look from {counted(sides, 'direction')}"
         return [] if is_instant else [_FEW.format(count=count, why=why)]
-    _tell(progress, "comparing the views with each other")
-    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, progress, are_few=True)
+    tell("comparing the views with each other")
+    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, tell, are_few=True)
     before = tries.as_they_are()
     if before >= CONFIRMED:
         return []
@@ -186,7 +192,7 @@ class _Tries:
     used: Sequence[CaptureView]
     native: Sequence[View]
     settings: ModelSettings
-    progress: ProgressCallback | None
+    tell: _Tell
     are_few: bool
 
     @classmethod
@@ -195,7 +201,7 @@ class _Tries:
         used: Sequence[CaptureView],
         native: Sequence[View],
         settings: ModelSettings,
-        progress: ProgressCallback | None,
+        tell: _Tell,
         *,
         are_few: bool = False,
     ) -> "_Tries":
@@ -210,7 +216,7 @@ class _Tries:
             quick=True,
         )
         views, seen = [used[one] for one in tried], [native[one] for one in tried]
-        return cls(views, seen, quick, progress, are_few)
+        return cls(views, seen, quick, tell, are_few)
 
     def as_they_are(self) -> float:
         """Return the mean overlap with the given poses."""
@@ -224,7 +230,7 @@ class _Tries:
         ]
         views = [view for view in posed if view is not None]
         least = LEAST_DIRECTIONS if self.are_few else _LEAST_VIEWS
-        _tell(self.progress, "comparing other orders of the poses")
+        self.tell("comparing other orders of the poses")
         return self._overlap(views) if len(views) >= least else 0.0
 
     def exchanged(self, pair: tuple[int, int], before: float) -> tuple[float, str]:
@@ -234,7 +240,7 @@ class _Tries:
             return 0.0, ""
         views = list(self.native)
         views[pair[0]], views[pair[1]] = changed
-        _tell(self.progress, "comparing exchanged views")
+        self.tell("comparing exchanged views")
         after = self._overlap(views)
         one, other = (self.used[index].name for index in pair)
         return after, (
@@ -253,11 +259,9 @@ class _Tries:
         return (overlap_left_out if self.are_few else overlap_of_fit)(views, self.settings)
 
 
-def _order_note(
-    fitted: Fitted, everywhere: Sequence[CaptureView], progress: ProgressCallback | None
-) -> str | None:
+def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView], tell: _Tell) -> str | None:
     """Report poses in another order or convention, where that fits the masks far better."""
-    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, progress)
+    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, tell)
     before = tries.as_they_are()
     found = _in_orders(everywhere, tries, before)
     if float(fitted.ious.mean()) < _HARDLY:
@@ -295,7 +299,7 @@ def convention_note(
     if len(used) < LEAST_DIRECTIONS:
         return None
     are_few = len(directions(native)) <= MOST_DIRECTIONS
-    tries = _Tries.of(used, native, settings, None, are_few=are_few)
+    tries = _Tries.of(used, native, settings, lambda _: None, are_few=are_few)
     after, note = max(_in_conventions(tries, 0.0))
     return note if after > (CONFIRMED if are_few else _HARDLY) else None
 

@@ -87,7 +87,7 @@ class ModelResult:
     None where all of it is known. `notes` are messages for the user, and `doubts` those of them
     that say why the body may be wrong although its views fit it: what a target found, masks, poses,
     units or the calibration. `targets` is how the object was marked. `seconds` is the duration of
-    the whole call.
+    the whole call. `is_metric` is False if lengths are in an unknown unit, that of the capture.
     """
 
     body: Body
@@ -107,6 +107,7 @@ class ModelResult:
     targets: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    is_metric: bool = True
 
     @property
     def fitness(self) -> float:
@@ -191,6 +192,7 @@ class ModelResult:
             made_by=made_by,
             seen=seen,
             appearance=appearance,
+            is_metric=self.is_metric,
         )
 
 

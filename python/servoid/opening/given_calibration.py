@@ -19,6 +19,7 @@ from servoid.words import counted, digits
 Size = tuple[int, int]
 _RATE = "--rate"
 _ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0  # where only the images matter
+_NARROWEST_DEG = 3.0  # less is an angle in radians
 
 
 class _CameraEntry(LensEntry, frozen=True, kw_only=True):
@@ -82,6 +83,12 @@ class GivenCalibration:
         if self.fov_deg is not None and not 0.0 < self.fov_deg < 180.0:
             raise CaptureError(
                 f"--fov is {digits(self.fov_deg)}; give degrees above 0 and below 180, such as 65"
+            )
+        if self.fov_deg is not None and self.fov_deg < _NARROWEST_DEG:
+            raise CaptureError(
+                f"--fov is {digits(self.fov_deg)}, and less than {digits(_NARROWEST_DEG)} degrees "
+                f"is hardly any lens; if it is in radians, write "
+                f"{digits(math.degrees(self.fov_deg))}; else give the lens with --calibration"
             )
         for option, value in (("--baseline", self.baseline_m), ("--rate", self.rate_hz)):
             if value is not None and not 0.0 < value < math.inf:

@@ -17,6 +17,14 @@ def placed(body: Body, world_from_object: Pose) -> Body:
     )
 
 
+NO_UNIT = (
+    "the lengths of the body are in an unknown unit, not in metres, so that its distance, size, "
+    "volume and mass are wrong by an unknown factor; model it from a capture whose scale is known, "
+    "such as a scan with a length, a board or a baseline"
+)
+"""What is wrong with a body whose file says that its unit is unknown."""
+
+
 def body_size_note(body: Body) -> str | None:
     """Report a body that is implausibly large or small for one in metres, else return None."""
     reach = np.array(

@@ -69,11 +69,12 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     `world_from_object` is (x, y, z, qw, qx, qy, qz): the translation in metres and the unit
     quaternion that map the object's frame to the world. `appearance` is the object's learned
-    appearance, as bytes in base64, or null where it is not known.
+    appearance, as bytes in base64, or null where it is not known. Where `units` is "unknown", as
+    after a scan without a known length, all lengths are in an unknown unit instead of metres.
     """
 
     version: Literal[1]
-    units: Literal["m"]
+    units: Literal["m", "unknown"]
     world_from_object: tuple[float, float, float, float, float, float, float]
     ellipsoids: Annotated[
         tuple[EllipsoidEntry, ...], msgspec.Meta(min_length=1, max_length=Body.MAX_ELLIPSOIDS)
@@ -98,6 +99,11 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
             raise BodyError(
                 f"appearance is damaged ({error}); leave it out or save the body again"
             ) from error
+
+    @property
+    def is_metric(self) -> bool:
+        """Return whether lengths are in metres, not in an unknown unit."""
+        return self.units == "m"
 
     @property
     def is_known_all_around(self) -> bool:
@@ -139,10 +145,12 @@ def save_body(
     made_by: MadeBy | None = None,
     seen: SeenEntry | None = None,
     appearance: bytes | None = None,
+    is_metric: bool = True,
 ) -> None:
     """Write a body to a JSON file atomically; the same body gives the same bytes.
 
     `colors`: (K, 3) uint8 RGB, one per ellipsoid. `appearance` comes from `Tracker.appearance`.
+    `is_metric` is False for lengths in an unknown unit, as after a scan without a known length.
 
     Raises:
         BodyError: the number of colours differs from that of ellipsoids.
@@ -161,7 +169,7 @@ def save_body(
     pose = body.world_from_object
     file = BodyFile(
         version=1,
-        units="m",
+        units="m" if is_metric else "unknown",
         world_from_object=(*pose.translation, *pose.quaternion),
         ellipsoids=tuple(
             EllipsoidEntry(
@@ -200,9 +208,10 @@ def load_body(path: str | Path) -> BodyFile:
     place = str(path)
     data = read_json(path_of(path, BodyError), BodyError, BODY_FILE)
     check_version(data, place, BodyError, "bodies")
-    if data.get("units", "m") != "m":
+    if data.get("units", "m") not in ("m", "unknown"):
         raise BodyError(
-            f'{place}: units is {data["units"]!r}; give lengths in metres and write "units": "m"'
+            f'{place}: units is {data["units"]!r}; give lengths in metres and write "units": "m", '
+            'or "units": "unknown" if nothing tells how long a unit is'
         )
     _check_count(data.get("ellipsoids"), place)
     file = convert(data, BodyFile, place, BodyError)

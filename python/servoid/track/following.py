@@ -168,6 +168,7 @@ class Collector:
                     doubts=one.doubts,
                     starting_s=one.starting_s,
                     overlap=one.overlap,
+                    is_metric=one.is_metric,
                 )
             )
         return results

@@ -52,7 +52,8 @@ class Subject:
     the body to what it was made of, saved with it: a body that fits its mask much worse is doubted,
     and refused if its appearance is not there either. `known_shape` states whether the body has the
     object's shape on all sides, as one made from a mesh has: then its outline outweighs shading,
-    which slides along an object without print.
+    which slides along an object without print. `is_metric` is False if the body's lengths are in an
+    unknown unit.
     """
 
     name: str = "object"
@@ -63,6 +64,7 @@ class Subject:
     appearance: bytes | None = None
     fitness: float | None = None
     known_shape: bool = False
+    is_metric: bool = True
 
     def __post_init__(self) -> None:
         if self.start is not None and self.body is None:

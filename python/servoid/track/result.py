@@ -67,6 +67,7 @@ class TrackResult:
     are those of the notes that doubt the mask, the body or the pose of the start;
     `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, and
     `rig_doubt` how they contradict the poses of a rig that moves, by `capture.doubt_rig_poses`.
+    `is_metric` is False if the body's lengths are in an unknown unit.
     """
 
     name: str
@@ -81,6 +82,7 @@ class TrackResult:
     doubts: tuple[str, ...] = ()
     calibration_doubt: str | None = None
     rig_doubt: str | None = None
+    is_metric: bool = True
 
     def __len__(self) -> int:
         return len(self.tracked)

@@ -13,7 +13,7 @@ from servoid.capture import Capture, CaptureView
 from servoid.errors import ModelError, TargetError, TrackError
 from servoid.model import center_notes, find_everywhere, mark, swapped_note, views_meant
 from servoid.segment import Target
-from servoid.shape import body_size_note, placed
+from servoid.shape import NO_UNIT, body_size_note, placed
 from servoid.source import Instant, cameras_of
 from servoid.track.doubts import body_doubts, is_misfit, looks_otherwise, mask_overlaps, turn_note
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
@@ -28,6 +28,7 @@ _ELSEWHERE = (
     "the given start is not where the mask of the first observation is, so the mask was not used; "
     "if it is the object's mask, correct the start or leave it out"
 )
+_IN_DOUBT = "the pose of the start is in doubt, and no image confirms it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,8 @@ class Followed:
     `starting_s` is the time up to the first estimate, including all that came before it, such as
     modelling. `overlap` is the intersection over union of the body's outline and the masks of the
     first observation, their mean; None without masks. `doubts` are those of the notes that doubt
-    the mask, the body or the pose.
+    the mask, the body or the pose. `is_metric` is False if the body's lengths are in an unknown
+    unit.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Followed:
     starting_s: float
     overlap: float | None = None
     doubts: tuple[str, ...] = ()
+    is_metric: bool = True
 
     @property
     def body(self) -> Body:
@@ -92,6 +95,7 @@ class _Known:
     notes: tuple[str, ...] = ()
     others: tuple[Pose, ...] = ()  # at which the body fits its masks about as well
     doubts: tuple[str, ...] = ()  # those of the notes on the masks or the pose
+    is_metric: bool = True
 
 
 def begin(capture: Capture, instant: Instant, subject: Subject, request: Request) -> Followed:
@@ -125,6 +129,11 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
     doubts = body_doubts(subject, overlap, is_unlike=is_unlike)
     if known.pose is not None and known.others and subject.appearance is None:
         doubts.append(turn_note(known.pose, known.others))
+    notices = list(estimate.notices)
+    if subject.body is not None and (doubts or _ELSEWHERE in known.doubts):
+        # That it was given does not make its pose right.
+        estimate = estimate.in_doubt()
+        notices.append(_IN_DOUBT)
     return Followed(
         name=subject.name,
         tracker=tracker,
@@ -135,11 +144,12 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
             index=instant.index,
             estimate=estimate,
             seconds=done - called,
-            notices=instant.with_notices(estimate.notices),
+            notices=instant.with_notices(notices),
         ),
         starting_s=done - begun,
         overlap=overlap,
         doubts=(*known.doubts, *doubts),
+        is_metric=known.is_metric,
     )
 
 
@@ -224,11 +234,21 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
             colors=made.colors,
             notes=made.all_notes,
             doubts=made.all_doubts,
+            is_metric=made.is_metric,
         )
-    size = body_size_note(subject.body)
+    is_metric = subject.is_metric
+    size = body_size_note(subject.body) if is_metric else NO_UNIT if capture.metric else None
     seen = (view for view in usable.all_views() if view.index == instant.index)
     doubts: tuple[str, ...] = (*(() if size is None else (size,)), *center_notes(seen))
-    known = _Known(subject.body, subject.start, None, subject.colors, doubts, doubts=doubts)
+    known = _Known(
+        subject.body,
+        subject.start,
+        None,
+        subject.colors,
+        doubts,
+        doubts=doubts,
+        is_metric=is_metric,
+    )
     if subject.targets or any(view.index == instant.index for view in usable.views()):
         marked = mark(usable, subject.targets, only, trusted=request.trust_targets)
         # A mask in a single camera does not determine the distance of the object.

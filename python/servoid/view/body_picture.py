@@ -59,7 +59,8 @@ def draw_body(result: ModelResult) -> bytes:
         page.put(render(solids, sized, up, light), left, top)
         page.texts.append(Text(left + 14, top + 30, name, size_px=19))
         if name == "three-quarter":
-            _put_scale(page, sized.metres_per_px, left + 14, top + _LARGE_PX - 18)
+            start = left + 14, top + _LARGE_PX - 18
+            _put_scale(page, sized.metres_per_px, start, is_metric=result.is_metric)
     corner = (column + pitch, _MARGIN_PX + pitch)
     if scored:
         _put_cameras(page, corner, solids, scored, up, viewpoints["three-quarter"].axes)
@@ -122,14 +123,18 @@ def _viewpoint(
     return Viewpoint(axes, middle, extent / (_FILLED * _SMALL_PX), (_SMALL_PX, _SMALL_PX))
 
 
-def _put_scale(page: Page, metres_per_px: float, x_px: int, y_px: int) -> None:
+def _put_scale(
+    page: Page, metres_per_px: float, start: tuple[int, int], *, is_metric: bool
+) -> None:
     """Draw a scale bar of a round length, about a fifth of the large panel long."""
+    x_px, y_px = start
     longest = 0.22 * _LARGE_PX * metres_per_px
     ten = 10.0 ** np.floor(np.log10(longest))
     length = max(step * ten for step in (1.0, 2.0, 5.0) if step * ten <= longest)
     end = x_px + round(length / metres_per_px)
     cv2.line(page.pixels, (x_px, y_px), (end, y_px), (34, 34, 34), 3)
-    page.texts.append(Text(end + 12, y_px + 6, f"{1000 * length:g} mm", size_px=18))
+    words = f"{1000 * length:g} mm" if is_metric else f"{length:g} of an unknown unit"
+    page.texts.append(Text(end + 12, y_px + 6, words, size_px=18))
 
 
 def _put_cameras(

@@ -8,13 +8,15 @@ import pytest
 from refusals import check_refused, edit
 
 from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, write_png
+from servoid._native import View as NativeView
 from servoid.camera import Camera, Lens, read_mask, undistortion
 from servoid.capture import View, open_capture
 from servoid.errors import CameraError, DoubtError, MaskError, MeshError
 from servoid.model import fit, fit_mesh
-from servoid.model.misfit import misfit_notes, swapped_note
+from servoid.model.misfit import misfit_notes, scale_note, swapped_note
 from servoid.pose import Pose
 from servoid.segment import BoxTarget, find_object, find_with_doubts, finding
+from servoid.shape import Body
 
 WIDTH, HEIGHT = SIZE_PX
 
@@ -219,7 +221,7 @@ def test_poses_in_millimetres_are_noticed_in_python(drawn_capture: Path) -> None
         far = Pose.from_parts(place, pose.quaternion)
         views.append(View(camera=one.camera, world_from_camera=far, mask=one.mask))
     notes = " ".join(fit(views, max_ellipsoids=2).notes)
-    assert "in millimetres, or the cameras' distance from each other?" in notes
+    assert "in millimetres or centimetres, or the cameras' distance from each other?" in notes
 
 
 @pytest.mark.parametrize(("share", "noticed"), [(1.0, False), (2.0, True)])
@@ -234,3 +236,21 @@ def test_a_matrix_of_images_of_another_size_is_noticed_in_python(
         views.append(View(camera=camera, world_from_camera=one.world_from_camera, mask=mask))
     notes = fit(views, max_ellipsoids=2).notes
     assert any("is far from the middle of its image" in note for note in notes) == noticed
+
+
+@pytest.mark.parametrize(
+    ("scale", "why"),
+    [(1000.0, "in millimetres"), (100.0, "or centimetres"), (1.0, None), (0.001, "too small by")],
+)
+def test_lengths_in_another_unit_are_a_doubt(scale: float, why: str | None) -> None:
+    ball = Body(
+        world_from_object=Pose.from_parts((0.0, 0.0, 0.6 * scale), (1.0, 0.0, 0.0, 0.0)),
+        centers=np.zeros((1, 3)), radii=np.full((1, 3), 0.04 * scale),
+        rotations=np.array([[1.0, 0.0, 0.0, 0.0]]),
+    )  # fmt: skip
+    camera = Camera(size_px=SIZE_PX, focal_px=(FOCAL_PX, FOCAL_PX), center_px=CENTER_PX)
+    mask = np.zeros((HEIGHT, WIDTH), np.uint8)
+    mask[40:60, 40:60] = 255
+    seen = [NativeView(camera=camera, world_from_camera=Pose.identity(), mask=mask)]
+    told = scale_note(ball, seen)
+    assert (told is None) if why is None else (told is not None and why in told)

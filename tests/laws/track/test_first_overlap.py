@@ -80,3 +80,16 @@ def test_a_coarse_body_of_the_object_itself_is_not_refused(alone: Alone, tmp_pat
     words = words_of(tmp_path, alone, "--body", "coarse.json")
     assert float(words.split("silhouette IoU ")[1][:4]) < 0.85
     assert "overlaps the mask by" not in words
+
+
+@pytest.mark.parametrize("aside_m", [0.0, 0.04, 0.15])
+def test_a_start_that_its_mask_contradicts_is_not_tracking(aside_m: float, alone: Alone) -> None:
+    file = load_body(alone.folder / "body.json")
+    start = Pose.exp([aside_m, 0.0, 0.0, 0.0, 0.0, 0.0]) @ alone.points[0].world_from_object
+    subject = Subject(body=file.body(), start=start, fitness=file.fitness)
+    first = track_capture(alone.recording.capture, [subject], Request(seed=0))[0].tracked[0]
+    if aside_m:
+        assert (first.estimate.status, first.estimate.confidence) == ("searching", 0.0)
+        assert "the pose of the start is in doubt, and no image confirms it" in first.notices
+    else:
+        assert first.estimate.status == "tracking" and not first.notices

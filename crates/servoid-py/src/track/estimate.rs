@@ -171,6 +171,11 @@ impl Estimate {
         Ok(out)
     }
 
+    /// Returns the same estimate for a start in doubt: nothing confirms its pose.
+    fn in_doubt(&self) -> Self {
+        Self { core: self.core.clone().in_doubt(), notices: self.notices.clone() }
+    }
+
     fn __repr__(&self) -> String {
         let core::Estimate { time_s, confidence, world_from_object, .. } = &self.core;
         format!(

@@ -193,3 +193,11 @@ pub struct Estimate {
     /// Time spent in each stage.
     pub timing: Timing,
 }
+
+impl Estimate {
+    /// Returns the same estimate for a start in doubt: nothing confirms its pose.
+    #[must_use]
+    pub fn in_doubt(self) -> Self {
+        Self { status: Status::Searching, located: false, confidence: 0.0, ..self }
+    }
+}

@@ -140,4 +140,5 @@ def _subject(
         appearance=None if file is None else file.look(),
         fitness=None if file is None else file.fitness,
         known_shape=file is not None and file.is_known_all_around,
+        is_metric=file is None or file.is_metric,
     )

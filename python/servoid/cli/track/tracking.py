@@ -319,6 +319,12 @@ def _write(
             files.append(("smoothed", path))
         if order.save_body is not None:
             path = place_of(order.save_body, result.name, len(results))
-            save_body(path, result.body, result.colors, appearance=result.appearance)
+            save_body(
+                path,
+                result.body,
+                result.colors,
+                appearance=result.appearance,
+                is_metric=result.is_metric,
+            )
             files.append(("body", path))
     return files

@@ -83,11 +83,16 @@ def _words(result: ModelResult, scored: list[ScoredView]) -> Iterator[str]:
     solids = solids_in_world(result.body, result.colors)
     axes = result.body.world_from_object.matrix()[:3, :3].T
     spans = (high - low for low, high in (solids.extent(axis) for axis in axes))
-    size = _lengths([1000.0 * float(span) for span in spans])
-    volume = four_digits(1e6 * result.body.mass_properties()[0])
+    volume_m3 = result.body.mass_properties()[0]
+    if result.is_metric:
+        size = f"{_lengths([1000.0 * float(span) for span in spans])} mm"
+        volume = f"{four_digits(1e6 * volume_m3)} cm³"
+    else:
+        size = f"{_lengths([float(span) for span in spans])} of an unknown unit"
+        volume = f"{four_digits(volume_m3)} cubic units"
     yield (
-        f"It measures {size} mm along x, y and z of its frame, which are its principal axes of "
-        f"inertia, so x need not be the longest. Its volume is {volume} cm³."
+        f"It measures {size} along x, y and z of its frame, which are its principal axes of "
+        f"inertia, so x need not be the longest. Its volume is {volume}."
     )
     settings = result.settings
     yield (

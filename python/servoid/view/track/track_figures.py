@@ -13,7 +13,7 @@ from servoid.view.track.growth_picture import NAMED_SIDES, solids_of
 from servoid.view.track.sides import Sides, sides_of
 from servoid.view.track.timeline_plot import notice_times, state_of
 from servoid.view.track.turning import Cause, Turning, turning_of
-from servoid.words import counted, finite, joined
+from servoid.words import counted, finite, four_digits, joined
 
 _MOST_GAPS = 4
 _LEAST_DEG = 0.05  # below which an angle would be rounded to 0
@@ -202,13 +202,15 @@ class TrackFigures:
         result, first = self.result, len(self.history.initial)
         solids = solids_of(result.body, self.history.surface, self.sides.sides_from_object)
         spans = [high - low for low, high in (solids.extent(axis) for axis in np.eye(3))]
-        size = " × ".join(f"{_MS_PER_S * span:.0f}" for span in spans)
+        size = " × ".join(f"{_MS_PER_S * span:.0f}" for span in spans) + " mm"
+        if not result.is_metric:
+            size = " × ".join(map(four_digits, spans)) + " of an unknown unit"
         before = (
             f"{first} at the start, " if result.evolutions and first != len(result.body) else ""
         )
         return (
             f"The body has {counted(len(result.body), 'ellipsoid')}, {before}and seen from the "
-            f"front it is {size} mm wide, high and deep."
+            f"front it is {size} wide, high and deep."
         )
 
 

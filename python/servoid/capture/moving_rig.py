@@ -4,7 +4,8 @@ What two cameras see at one instant has a place in space. Where it is at rest, a
 where the rig's poses predict it. In a recorded rig that moves, right poses predict 94 % and more of
 the features, and poses that are inverted, in millimetres, of another order or two lines late none.
 What one camera sees is somewhere on a ray, of which a later image has an arc: that shows neither a
-wrong unit of length nor errors along the arc.
+wrong unit of length nor errors along the arc. Poses that are given and never change are checked as
+well: with joint states that were not recorded, what moves is the rig.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -140,6 +141,8 @@ def doubt_rig_poses(
 ) -> str | None:
     """Return a message if images contradict the poses of a recorded rig that moves, else None.
 
+    Poses that all are the identity count as not given.
+
     Most of what the cameras see must be at rest, apart from `may_move`. Observations `among` these
     indices are compared; without, among all.
     """
@@ -151,8 +154,15 @@ def doubt_rig_poses(
         return None
     offs = np.concatenate(rig.offs_px(rig.world_from_rig)[0])
     count, off_px = len(offs), float(np.median(offs))
-    how = f"{digits(round(off_px))} px off" if np.isfinite(off_px) else "behind the camera"
     fits = round(sum(share * len(one.rays) for share, one in zip(agreeing, rig.seen, strict=True)))
+    if _rests(rig.world_from_rig):
+        return (
+            "the poses of the rig are the same at all times, but its cameras move: of "
+            f"{count} features of its surroundings, {fits} stay where they were, and half move by "
+            f"{digits(round(off_px))} px or more; give the pose of each observation, or no poses, "
+            "to track in the frame of the first camera"
+        )
+    how = f"{digits(round(off_px))} px off" if np.isfinite(off_px) else "behind the camera"
     return (
         f"the images contradict the poses of the rig: of {count} features of its surroundings, "
         f"{fits} are where the poses of a later observation predict them, and half are {how} or "
@@ -207,9 +217,9 @@ def _others(poses: Sequence[Pose]) -> Iterator[tuple[str, Sequence[Pose]]]:
 
 
 def _rig(capture: Capture, may_move: Balls, among: Sequence[int] | None) -> _Rig | None:
-    """Return what a rig that moves saw at pairs of instants; None if it does not move."""
+    """Return what a rig saw at pairs of instants; None if no poses of it are given."""
     poses = capture.world_from_rig
-    if not capture.is_recording or all(pose == poses[0] for pose in poses):
+    if not capture.is_recording or (_rests(poses) and poses[0] == Pose.identity()):
         return None
     first, *others = capture.cameras
     second = next((other for other in others if _baseline_m(first, other) > 0.0), None)
@@ -231,6 +241,10 @@ def _rig(capture: Capture, may_move: Balls, among: Sequence[int] | None) -> _Rig
     kept = [one for one in seen if len(one.rays) >= _LEAST]
     baseline_m = 0.0 if second is None else _baseline_m(first, second)
     return _Rig(poses, first.rig_from_camera, first.lens, baseline_m, kept)
+
+
+def _rests(poses: Sequence[Pose]) -> bool:
+    return all(pose == poses[0] for pose in poses)
 
 
 def _baseline_m(one: CaptureCamera, other: CaptureCamera) -> float:

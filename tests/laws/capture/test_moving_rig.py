@@ -170,7 +170,7 @@ def test_a_track_with_wrong_poses_of_its_rig_is_not_good(moving: Capture, tmp_pa
         words = " ".join(told.split())
         table.write_text(right)
         assert f"verdict {word}" in words
-        assert ("the calibration is in doubt" in words) == (fault is not None)
+        assert ("the poses of the rig are in doubt" in words) == (fault is not None)
         assert ("the images contradict the poses of the rig" in words) == (fault is not None)
 
 
@@ -186,3 +186,29 @@ def test_a_recorded_rig_that_moves_is_doubted_only_if_its_poses_are_wrong(
     assert (doubt is None) == (fault is None)
     if fault not in (None, "reversed"):
         assert FAULTS[fault][1].split(", with")[0] in str(doubt)
+
+
+def resting(capture: Capture) -> Capture:
+    pose = Pose.from_parts((0.3, 0.1, 0.5), (0.5, 0.5, 0.5, 0.5))
+    return replace(capture, world_from_rig=(pose,) * len(capture.world_from_rig))
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_poses_that_never_change_are_doubted_if_the_cameras_move(
+    count: int, moving: Capture
+) -> None:
+    doubt = doubt_rig_poses(resting(replace(moving, cameras=moving.cameras[:count])))
+    assert doubt is not None and doubt.startswith("the poses of the rig are the same at all times")
+    poses = (Pose.identity(),) * COUNT
+    assert doubt_rig_poses(replace(moving, world_from_rig=poses)) is None  # none are given
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize(
+    "name",
+    ["stereo/mustard", "stereo/drill", "hard/bleach_turn", "hard/mug_sway", "real/cube_hand"],
+)
+def test_cameras_at_rest_before_what_moves_are_not_doubted(name: str) -> None:
+    if not (DATA / name).is_dir():
+        pytest.skip(f"{name} is not beside the repository")
+    assert doubt_rig_poses(resting(open_capture(DATA / name))) is None

@@ -1,6 +1,6 @@
-"""Checks that depth images agree with what stereo measures of the same object."""
+"""Checks that depth images agree with what stereo measures of the same object, and with masks."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from servoid.capture import CaptureView, check_not_exchanged
 from servoid.errors import CameraError, CaptureError, TargetError
 from servoid.model.range_samples import depth_of_pair
+from servoid.segment import Depth, parted_by_depth
 from servoid.words import digits
 
 _MOST_VIEWS = 3
@@ -65,6 +66,22 @@ def with_twins(
         if (twin := next(twins, None)) is not None:
             pairs.append((view, twin))
     return pairs
+
+
+def parted_notes(views: Iterable[CaptureView]) -> list[str]:
+    """Report views whose mask covers two surfaces in their depth image."""
+    notes = []
+    for view in views:
+        depth = view.depth() if _has_depth(view) else None
+        if depth is None:
+            continue
+        parting = parted_by_depth(view.mask(), Depth(depth, view.camera.focal_px[0]))
+        if parting is not None:
+            notes.append(
+                f"{view.name}: {parting.words}; if it is the object's mask, register the depth "
+                "image to the colour image (align), or correct how the depth camera is mounted"
+            )
+    return notes
 
 
 def _has_depth(view: CaptureView) -> bool:

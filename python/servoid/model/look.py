@@ -9,7 +9,7 @@ import numpy as np
 from servoid._native import ellipsoid_colors, silhouette_ious
 from servoid.capture import Capture, CaptureView, check_measurable
 from servoid.errors import CameraError, ModelError, TargetError
-from servoid.model.depth_agreement import check_depth_agrees, with_twins
+from servoid.model.depth_agreement import check_depth_agrees, parted_notes, with_twins
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
@@ -76,6 +76,8 @@ def fit_capture(
     if not capture.metric:
         notes.append(NO_METRES)
     known = list(marked.views)
+    if not marked.from_targets:  # those of targets were compared when the object was found
+        doubts.extend(parted_notes(known))
     samples = join_range_samples(range_samples_of_views(known))
     if len(samples):
         check_depth_agrees(with_twins(known, [*known, *marked.others]))

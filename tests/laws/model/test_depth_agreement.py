@@ -81,3 +81,20 @@ def test_depth_beside_a_camera_that_looks_away_is_used(tmp_path: Path) -> None:
     scale = f"depth_scale_m = {1.5 * DEPTH_SCALE_M:g}"
     edit("capture.toml", f"depth_scale_m = {DEPTH_SCALE_M}", scale)(folder)
     assert len(fit_capture(open_capture(folder), QUICK).range_samples) > 1000
+
+
+@pytest.mark.parametrize(("shift_px", "is_doubted"), [(0, False), (24, True), (-24, True)])
+def test_a_depth_image_that_is_not_registered_to_the_masks_is_doubted(
+    shift_px: int, is_doubted: bool, tmp_path: Path
+) -> None:
+    folder = Pair().write(tmp_path / "one", depths=True, cameras=1)
+    for path in (folder / "depths").iterdir():
+        depth = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        assert depth is not None
+        assert cv2.imwrite(str(path), np.roll(depth, shift_px, axis=1))
+    made = fit_capture(open_capture(folder), Request(max_ellipsoids=2, delta=0.0, seed=0))
+    told = [doubt for doubt in made.all_doubts if "its mask covers two surfaces" in doubt]
+    assert bool(told) == is_doubted
+    if is_doubted:
+        assert "register the depth image to the colour image (align)" in told[0]
+        assert made.verdict.word != "good"

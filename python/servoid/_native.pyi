@@ -786,9 +786,7 @@ class Estimate:
     def seconds(self) -> dict[str, float]:
         """Seconds spent in each stage: prepare, search, refine, verify, update."""
     def in_doubt(self) -> Estimate:
-        """
-        Returns the same estimate of a pose that nothing confirms, as of a start that is in doubt.
-        """
+        """Returns the same estimate for a start in doubt: nothing confirms its pose."""
     def __eq__(self, value: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 

@@ -77,7 +77,8 @@ def exchange_note(names: tuple[str, str], pairs: Iterable[MatchedFeatures]) -> s
     return (
         f"the images of {one} and {other} are exchanged: of {matched} features that match in both, "
         f"{given} are in front of the cameras as the images are given, and {exchanged} if each is "
-        "the other camera's; exchange the files, or the lens and the pose of the two cameras"
+        "the other camera's; exchange the files, or the lens and the pose of the two cameras; or "
+        "are both images mirrored, or turned by 180 degrees?"
     )
 
 

@@ -14,7 +14,9 @@ OrderT = TypeVar("OrderT")
 class Setting(OptionInfo):
     """An option that sets settings of `servoid servo`, by their dotted names.
 
-    Unless `help` is given, the option is described as its setting is, with its default.
+    `name` is the option's, if not that of its field; another spelling of an option is a `hidden`
+    one above it, for the same keys. Unless `help` is given, the option is described as its setting
+    is, with its default.
     """
 
     def __init__(
@@ -23,6 +25,7 @@ class Setting(OptionInfo):
         panel: str,
         metavar: str | None = None,
         name: str | None = None,
+        hidden: bool = False,
         help: str = "",  # noqa: A002
         parser: Callable[[str], Any] | None = None,
         callback: Callable[[Any], Any] | None = None,
@@ -34,6 +37,7 @@ class Setting(OptionInfo):
             help=help or f"{{about.{keys[0]}}}",
             parser=parser,
             callback=callback,
+            hidden=hidden,
             show_default=False,
             rich_help_panel=panel,
         )
@@ -73,15 +77,11 @@ def _default(one: Field[Any]) -> Any:
 
 def given_settings(options: object) -> dict[str, Any]:
     """Return the settings that options set, by their dotted names."""
-    values = {
-        key: getattr(options, name)
-        for name, setting in _settings(type(options)).items()
-        for key in setting.keys
-    }
     return {
         key: value.value if isinstance(value, Enum) else value
-        for key, value in values.items()
-        if value is not None
+        for name, setting in _settings(type(options)).items()
+        if (value := getattr(options, name)) is not None
+        for key in setting.keys
     }
 
 

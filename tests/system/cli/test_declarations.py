@@ -109,9 +109,16 @@ def test_an_option_of_servo_sets_its_setting_and_shows_the_default(
         assert shown("servo")[option] == written(names[0], declared()[names[0]])
 
 
+@pytest.mark.parametrize("option", ["--trust-target", "--trust-targets"])
+def test_servo_trusts_its_target_by_the_words_of_model_and_track_too(
+    option: str, servoid_command: Command
+) -> None:
+    assert printed(servoid_command, option)["run.trust_target"] is True
+
+
 def test_every_option_of_servo_that_is_a_setting_is_held_here() -> None:
     others = {"--out", "--video", "--mcap", "--config", "--print-config", "--paper"}
-    names = {one.opts[0] for one in COMMANDS["servo"].params}
+    names = {one.opts[0] for one in COMMANDS["servo"].params if not one.hidden}
     assert names - others == {one.replace("--no-", "--") for one in SERVO}
 
 
@@ -219,7 +226,11 @@ def test_no_help_page_cuts_an_option_at_80_columns(command: str, servoid_command
     switches = set(re.findall(r"--\[no-\]([\w-]+)", page))
     names = set(re.findall(r"(?<![\w-])--[\w-]+", page))
     names |= {f"--{name}" for name in switches} | {f"--no-{name}" for name in switches}
-    options = [one for one in COMMANDS[command].params if one.param_type_name == "option"]
+    options = [
+        one
+        for one in COMMANDS[command].params
+        if one.param_type_name == "option" and not one.hidden
+    ]
     given = {name for one in options for name in (*one.opts, *one.secondary_opts)}
     assert {name for name in given if name.startswith("--")} - names == set()
 

@@ -78,6 +78,9 @@ class ServoOptions:
         ),
     ] = None
     target: Annotated[str | None, Setting("run.target", metavar="TARGET", panel=_RUN)] = None
+    trust_targets: Annotated[  # as `model` and `track` spell it
+        bool | None, Setting("run.trust_target", name="--trust-targets", panel=_RUN, hidden=True)
+    ] = None
     trust_target: Annotated[
         bool | None, Setting("run.trust_target", name="--trust-target", panel=_RUN)
     ] = None

@@ -1,6 +1,6 @@
 """Explores an object: views it from several viewpoints, and models a body from the images."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,11 +16,11 @@ from servoid.pose import Pose
 from servoid.servo.arm import Arm
 from servoid.servo.controller import Command, Controller
 from servoid.servo.loop import brought_to_rest
-from servoid.servo.next_best_view import next_viewpoint, visit
+from servoid.servo.next_best_view import greatest_gain, next_viewpoint, visit
 from servoid.servo.settings import LookSettings
 from servoid.source import Instant, Source, write_looks
 from servoid.track import Estimate, Follower
-from servoid.words import were
+from servoid.words import counted, were
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
 ExplorationCallback = Callable[[str, float, Instant | None, Command | None], None]
@@ -109,12 +109,15 @@ def explore(
             request, progress=lambda made: progress.report("modelling", made.share, None, None)
         )
         result = modelled(looks, watched)
-    return Exploration(tuple(looks), masks, result, folder, home, progress.notes())
+    return Exploration(tuple(looks), masks, result, folder, home, progress.notes(len(looks)))
 
 
 @dataclass
 class _Progress:
-    """Moves a hand to successive viewpoints; `late` counts those that it did not reach in time."""
+    """Moves a hand to successive viewpoints; `late` counts those that it did not reach in time.
+
+    `ended` says why it visits no more of them.
+    """
 
     arm: Arm
     source: Source
@@ -123,6 +126,7 @@ class _Progress:
     report: ExplorationCallback
     visited: int = field(default=0, init=False)
     late: int = field(default=0, init=False)
+    ended: str | None = field(default=None, init=False)
 
     def around(self, body: Body, first: Instant, home: Pose) -> list[Instant]:
         """Return observations from viewpoints around a body, with the first, and move back."""
@@ -131,6 +135,7 @@ class _Progress:
             positions = self.arm.state().positions
             viewpoint = next_viewpoint(self.arm, body, looks, self.settings, positions)
             if viewpoint is None:
+                self.ended = self._why_none(body, looks)
                 break
             share = number / self.settings.count
             seen = self._go("looking around", share, (viewpoint.world_from_hand, place))
@@ -139,16 +144,39 @@ class _Progress:
             self._go("coming back", 1.0, (home, place))
         return looks
 
-    def notes(self) -> tuple[str, ...]:
-        """Report viewpoints that were not reached in time."""
-        if not self.late:
-            return ()
-        return (
-            f"{self.late} of {self.visited} viewpoints, including the start, "
-            f"{were(self.late)} not reached within "
-            f"{self.settings.patience_s:g} s (servo.look.patience_s); the images were taken from "
-            "where the hand was",
-        )
+    def notes(self, looks: int) -> tuple[str, ...]:
+        """Report why there are fewer looks than asked for, and viewpoints not reached in time."""
+        return (*self._fewer(looks), *self._late())
+
+    def _fewer(self, looks: int) -> Iterator[str]:
+        if self.ended is not None:
+            views = counted(looks, "viewpoint")
+            yield (
+                f"the object was viewed from {views}, of {self.settings.count} at most "
+                f"(servo.look.count): {self.ended}"
+            )
+        unseen = max(self.visited, 1) - looks  # `visited` counts the way back as well
+        if unseen > 0:
+            yield f"{counted(unseen, 'viewpoint')} gave no image and {were(unseen)} left out"
+
+    def _late(self) -> Iterator[str]:
+        if self.late:
+            yield (
+                f"{self.late} of {self.visited} viewpoints, including the start, "
+                f"{were(self.late)} not reached within "
+                f"{self.settings.patience_s:g} s (servo.look.patience_s); the images were taken "
+                "from where the hand was"
+            )
+
+    def _why_none(self, body: Body, looks: list[Instant]) -> str:
+        """Return why there is no further viewpoint, and which settings decide it."""
+        least = f"another {100.0 * self.settings.least_gain:g} % of the surface"
+        if greatest_gain(body, looks, self.settings) < self.settings.least_gain:
+            return (
+                f"no further one within {self.settings.widest_deg:g} degrees of the first shows "
+                f"{least} (servo.look.widest_deg, servo.look.least_gain)"
+            )
+        return f"the arm reaches no further one that shows {least} (servo.look.least_gain)"
 
     def _go(
         self, stage: str, share: float, goal: tuple[Pose, NDArray[np.float64]]

@@ -58,18 +58,11 @@ def next_viewpoint(
     Only viewpoints that the arm can reach from its `positions` (N,) are considered.
     """
     place = np.array(body.world_from_object.translation)
-    first = np.mean([pose.translation for pose in looks[0].world_from_camera], axis=0)
-    surface = Surface(body)
-    seen = np.zeros(len(surface), np.bool_)
-    for look in looks:
-        for pose in look.world_from_camera:
-            seen |= surface.seen_from(np.array(pose.translation))
     best: Viewpoint | None = None
-    for way in _cap(first - place, settings.widest_deg):
-        # The visible surface hardly depends on the distance: take the first reachable one.
-        gain = float((surface.seen_from(place + settings.nearest * way) & ~seen).mean())
+    for way, gain in _gains(body, looks, settings):
         if gain < settings.least_gain or (best is not None and gain <= best.gain):
             continue
+        # The nearest reachable viewpoint is taken: a farther one shows hardly more.
         for distance in np.linspace(settings.nearest, settings.farthest, _DISTANCES):
             goal = looking(place + distance * way, place)
             joints = reached(arm, goal, positions)
@@ -77,6 +70,27 @@ def next_viewpoint(
                 best = Viewpoint(goal, joints, gain)
                 break
     return best
+
+
+def greatest_gain(body: Body, looks: Sequence[Instant], settings: LookSettings) -> float:
+    """Return the largest share of the surface that a viewpoint newly shows, reachable or not."""
+    return max((gain for _, gain in _gains(body, looks, settings)), default=0.0)
+
+
+def _gains(
+    body: Body, looks: Sequence[Instant], settings: LookSettings
+) -> Iterator[tuple[Floats, float]]:
+    """Yield the directions of viewpoints, and the share of the surface that each newly shows."""
+    place = np.array(body.world_from_object.translation)
+    first = np.mean([pose.translation for pose in looks[0].world_from_camera], axis=0)
+    surface = Surface(body)
+    seen = np.zeros(len(surface), np.bool_)
+    for look in looks:
+        for pose in look.world_from_camera:
+            seen |= surface.seen_from(np.array(pose.translation))
+    for way in _cap(first - place, settings.widest_deg):
+        # The visible surface hardly depends on the distance, so one is tried.
+        yield way, float((surface.seen_from(place + settings.nearest * way) & ~seen).mean())
 
 
 def visit(

@@ -3,14 +3,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scenes_looking import SETTINGS, body_at, look_at, look_from, no_better, seen_by
 from servo_loop import PERIOD_S, RATE_HZ, WORLD_FROM_OBJECT
 
+from servoid.camera import Camera
 from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo import Controller, LookSettings, Viewpoint, next_viewpoint, visit
-from servoid.servo.exploration import first_look
+from servoid.servo.exploration import _Progress, first_look
 from servoid.servo.law.moving import change_between
+from servoid.servo.next_best_view import greatest_gain
 from servoid.servo.surface import Surface
 from servoid.shape import Body
 from servoid.sim.arm_file import read_arm
@@ -29,7 +32,7 @@ class Blinking:
 
     arm: SerialArm
     rate_hz: float = RATE_HZ
-    cameras: tuple[object, ...] = ()
+    cameras: tuple[Camera, ...] = ()
     taken: int = 0
     on_the_way: list[Instant] = field(default_factory=list)
 
@@ -108,8 +111,44 @@ def test_there_is_no_next_viewpoint_when_all_is_seen_or_nothing_can_be_reached()
     ]
     body = body_at(WORLD_FROM_OBJECT)
     assert next_viewpoint(arm, body, [here, *ball_of_looks], SETTINGS, start) is None
+    assert greatest_gain(body, [here, *ball_of_looks], SETTINGS) < SETTINGS.least_gain
     far = body_at(Pose.from_parts((-6.0, 0.0, 0.5), (1.0, 0.0, 0.0, 0.0)))
     assert next_viewpoint(arm, far, [here], SETTINGS, start) is None
+    assert greatest_gain(far, [here], SETTINGS) > SETTINGS.least_gain
+
+
+@pytest.mark.parametrize(
+    ("x", "change", "why"),
+    [
+        (-6.0, {}, "the arm reaches no further one that shows another 2 % of the surface"),
+        (None, {"least_gain": 0.9}, "no further one within 60 degrees of the first shows"),
+    ],
+)
+def test_fewer_viewpoints_than_asked_for_are_noted_with_the_reason(
+    x: float | None, change: dict[str, float], why: str
+) -> None:
+    arm = SerialArm(read_arm())
+    settings = replace(LookSettings(), **change)
+    far = Pose.from_parts((x or 0.0, 0.0, 0.5), (1.0, 0.0, 0.0, 0.0))
+    body = body_at(WORLD_FROM_OBJECT if x is None else far)
+    start = arm.state().positions
+    tour = _Progress(arm, Blinking(arm), Controller(arm), settings, lambda *_: None)
+    looks = tour.around(body, look_from(arm, start), arm.world_from_hand(start))
+    (note,) = tour.notes(len(looks))
+    assert note.startswith(
+        "the object was viewed from 1 viewpoint, of 5 at most (servo.look.count)"
+    )
+    assert why in note
+
+
+def test_a_look_that_was_meant_to_be_the_only_one_has_no_note() -> None:
+    arm = SerialArm(read_arm())
+    start = arm.state().positions
+    settings = LookSettings(count=1)
+    tour = _Progress(arm, Blinking(arm), Controller(arm), settings, lambda *_: None)
+    home = arm.world_from_hand(start)
+    looks = tour.around(body_at(WORLD_FROM_OBJECT), look_from(arm, start), home)
+    assert (len(looks), tour.notes(len(looks))) == (1, ())
 
 
 @dataclass

@@ -12,7 +12,7 @@ from servoid._native import Body, Camera
 from servoid.record.lettering import Box, fill, width_px, write, write_into
 from servoid.record.outline import Color, draw_axes, draw_outline
 from servoid.record.overlay import STATUS_COLORS
-from servoid.servo import ORDINARY, Command, TargetEstimate
+from servoid.servo import ORDINARY, Command, LimitingKind, TargetEstimate
 from servoid.shape import placed
 from servoid.source import Instant
 from servoid.words import hundredths
@@ -225,11 +225,16 @@ def _hold_words(command: Command | None) -> tuple[str, Color]:
         return "", _QUIET
     if command.holding:
         return f"held: {'; '.join(sorted(one.value for one in command.holding))}", _HELD
-    limiting = command.limiting - ORDINARY
-    if limiting:
-        return f"limited: {'; '.join(sorted(one.value for one in limiting))}", _HELD
+    said = [f"{kind.value}: {words}" for kind in LimitingKind if (words := _of_kind(command, kind))]
+    if said:
+        return "; ".join(said), _HELD
     speed = 1000.0 * float(np.linalg.norm(command.twist[:3]))
     return f"hand moves at {speed:.0f} mm/s", _QUIET
+
+
+def _of_kind(command: Command, kind: LimitingKind) -> str:
+    found = [one.value for one in command.limiting - ORDINARY if LimitingKind.of(one) is kind]
+    return "; ".join(sorted(found))
 
 
 def _status_color(estimate: TargetEstimate) -> Color:

@@ -9,14 +9,15 @@ from servoid.servo.belief.remembering import RememberingArm
 from servoid.servo.belief.target import TargetEstimate, TargetFilter
 from servoid.servo.controller import Command, Controller
 from servoid.servo.exploration import Exploration, Masks, awaited, explore
-from servoid.servo.keeping.safety import ORDINARY, Reason
+from servoid.servo.goal_times import GoalTimes, LimitingKind, limited_s, main_limit
+from servoid.servo.keeping.safety import DOUBTING, ORDINARY, Reason
 from servoid.servo.law.gaze import fixation
 from servoid.servo.law.moving import change_between
 from servoid.servo.law.paper_law import PAPER_LAW, as_the_paper
 from servoid.servo.law.reach import reached
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center
 from servoid.servo.loop import Goal, Tick, brought_to_rest, halt, servo, servo_tracked
-from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds, limited_s, main_limit
+from servoid.servo.metrics import Hold, ServoMetrics, Spread, holds
 from servoid.servo.next_best_view import Viewpoint, VisitStep, next_viewpoint, visit
 from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn, TrackingThread
 from servoid.servo.settings import (
@@ -32,6 +33,7 @@ from servoid.servo.surface import body_places
 from servoid.servo.verdict import ServoVerdict, verdict_of, why_errors_unknown
 
 __all__ = [
+    "DOUBTING",
     "ORDINARY",
     "PAPER_LAW",
     "Accuracy",
@@ -43,10 +45,12 @@ __all__ = [
     "Eyes",
     "GazeMode",
     "Goal",
+    "GoalTimes",
     "Hold",
     "JointLaw",
     "JointState",
     "Joints",
+    "LimitingKind",
     "LookSettings",
     "Perception",
     "Reason",

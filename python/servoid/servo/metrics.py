@@ -7,11 +7,9 @@ import numpy as np
 
 from servoid.pose import Floats, exact
 from servoid.servo.accuracy import Accuracy, rms
-from servoid.servo.keeping.safety import ORDINARY, Reason
+from servoid.servo.keeping.safety import Reason
 from servoid.servo.log import ServoLog
 from servoid.words import finite
-
-_AS_LONG = 0.5  # of the time of the longest one, from which on an unreachable goal is the cause
 
 
 @dataclass(frozen=True)
@@ -51,8 +49,10 @@ class Spread:
 
     def in_words(self) -> str:
         """Describe times in seconds as text, in milliseconds."""
+        if np.isnan(self.p50):
+            return "not known"
         median, most = (_in_words(1e3 * one, "ms") for one in (self.p50, self.p99))
-        return f"{median}, p99 {most}"
+        return f"median {median}, 99 % within {most}"
 
 
 @dataclass(frozen=True)
@@ -168,13 +168,27 @@ class ServoMetrics:
             "observations tracked": f"{tracked} of {self.observations}",
             "observations located": f"{located}, with or without the rotation",
             "hand held": f"{times}, {self.held_s:.2f} s" if self.holds else "never",
-            "control tick": f"{self.control_s.in_words()}{self.of_period()}",
+            "control tick": self.control_words(),
             "tracker": self.track_s.in_words(),
         }
 
-    def of_period(self) -> str:
-        """Return a text on the time that a control tick may take; empty if it is not known."""
-        return f", of {1e3 * self.period_s:.3g} ms" if self.period_s > 0.0 else ""
+    def control_words(self) -> str:
+        """Describe how long control ticks take, and how long they may: one control period."""
+        words = self.control_s.in_words()
+        return f"{words}, of a period of {self._period_words()}" if self.period_s > 0.0 else words
+
+    def late_note(self) -> str | None:
+        """Return what ticks longer than their period mean; None if 99 % take no longer."""
+        if not self.control_s.p99 > self.period_s > 0.0:
+            return None
+        return (
+            f"more than 1 % of the control ticks took longer than the control period of "
+            f"{self._period_words()}: in the simulation, which waits for them, nothing is late; on "
+            "a robot the commands after them would be"
+        )
+
+    def _period_words(self) -> str:
+        return f"{1e3 * self.period_s:.3g} ms"
 
     @staticmethod
     def _both(metres: float, radians: float) -> str:
@@ -221,26 +235,3 @@ def _fastest(log: ServoLog) -> float:
     later = seconds > 0.0  # without elapsed time there is no speed
     steps = exact.lengths(np.diff(places, axis=0))
     return float((steps[later] / seconds[later]).max()) if later.any() else np.nan
-
-
-def limited_s(log: ServoLog) -> dict[Reason, float]:
-    """Return the seconds in which each bound acted, except those that any quick motion reaches."""
-    found: dict[Reason, float] = {}
-    for row, seconds in zip(log.rows, log.periods_s.tolist(), strict=True):
-        for reason in row.tick.command.limiting - ORDINARY:
-            found[reason] = found.get(reason, 0.0) + seconds
-    return dict(sorted(found.items(), key=lambda one: one[0].value))
-
-
-def main_limit(log: ServoLog) -> tuple[Reason, float] | None:
-    """Return the bound that acted longest, and its seconds; None if none kept the hand back.
-
-    A goal that is out of reach makes other bounds act as well; it is named before them.
-    """
-    limits = limited_s(log)
-    if not limits:
-        return None
-    most = max(limits, key=lambda reason: limits[reason])
-    if limits.get(Reason.UNREACHABLE, 0.0) >= _AS_LONG * limits[most]:
-        most = Reason.UNREACHABLE
-    return most, limits[most]

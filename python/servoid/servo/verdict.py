@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid.servo.keeping.safety import ORDINARY
+from servoid.servo.goal_times import GoalTimes, LimitingKind
 from servoid.servo.log import ServoLog
 from servoid.servo.metrics import ServoMetrics
 
@@ -40,8 +40,17 @@ _ROTATION = Bound("rotation", "degrees", 1.0, 3.0)
 _HELD = Bound("held", "%", 0.0, 10.0)
 _NOT_TRACKED = Bound("not tracked", "%", 5.0, 100.0)
 _NOT_LOCATED = Bound("not located", "%", 5.0, 30.0)
-_LIMITED = Bound("kept from its goal", "%", 5.0, 100.0)
-BOUNDS = (_REPEATABILITY, _ACCURACY, _ROTATION, _HELD, _NOT_TRACKED, _NOT_LOCATED, _LIMITED)
+_AMISS = {  # of the time after the hand had time to settle
+    LimitingKind.LIMITED: Bound("kept from its goal", "%", 5.0, 100.0),
+    LimitingKind.DOUBTED: Bound("goal in doubt", "%", 5.0, 100.0),
+    LimitingKind.AWAY: Bound("off its goal", "%", 5.0, 100.0),
+}
+_AMISS_WORDS = {
+    LimitingKind.LIMITED: "a limit kept the hand from its goal",
+    LimitingKind.DOUBTED: "the goal was in doubt",
+    LimitingKind.AWAY: "the hand was on its way to its goal",
+}
+BOUNDS = (_REPEATABILITY, _ACCURACY, _ROTATION, _HELD, _NOT_TRACKED, _NOT_LOCATED, *_AMISS.values())
 """All bounds of the rule, as docs/howto/report.md has them."""
 
 _Reasons = Iterator[tuple[int, str]]
@@ -72,7 +81,7 @@ def verdict_of(log: ServoLog, metrics: ServoMetrics, ending: str | None = None) 
         found += _errors(metrics)
     else:
         found.append((_GOOD, f"the errors of the hand are unknown: {unknown}"))
-    found += [*_holds(log, metrics), *_observations(log, metrics), *_limits(log, metrics.settle_s)]
+    found += [*_holds(log, metrics), *_observations(log, metrics), *_amiss(log, metrics.settle_s)]
     worst = max((level for level, _ in found), default=_GOOD)
     word = _WORDS[worst] if unknown is None or worst == _POOR else _UNKNOWN
     return ServoVerdict(word, tuple(reason for _, reason in found))
@@ -143,11 +152,12 @@ def _percent(share: float) -> int:
     return int(100.0 * share + 1e-9)
 
 
-def _limits(log: ServoLog, settle_s: float) -> _Reasons:
-    """Rate for how long a limit kept the hand from its goal after it had time to settle."""
-    later = log.times >= settle_s
-    kept = np.array([bool(row.tick.command.limiting - ORDINARY) for row in log.rows], dtype=bool)
-    whole_s = float(log.periods_s[later].sum())
-    kept_s = float(log.periods_s[later & kept].sum())
-    if whole_s > 0.0 and _LIMITED.level(100.0 * kept_s / whole_s) != _GOOD:
-        yield _ROUGH, f"a limit kept the hand from its goal for {kept_s:.1f} of {whole_s:.1f} s"
+def _amiss(log: ServoLog, settle_s: float) -> _Reasons:
+    """Rate for how long a limit acted, the goal was in doubt, and the hand was on its way to it."""
+    times = GoalTimes.of(log, settle_s)
+    if not times.settled or not times.whole_s > 0.0:
+        return
+    for kind, bound in _AMISS.items():
+        seconds = times.by_kind[kind]
+        if bound.level(100.0 * seconds / times.whole_s) != _GOOD:
+            yield _ROUGH, f"{_AMISS_WORDS[kind]} for {times.in_words(seconds)}"

@@ -138,8 +138,20 @@ def test_control_is_timed_each_tick_and_the_tracker_only_when_it_worked() -> Non
 
 def test_the_time_of_a_control_tick_is_told_beside_the_period_it_may_take() -> None:
     metrics = ServoMetrics.of(log_of([row_at(number, control_s=0.002) for number in range(9)]), 0.0)
-    assert metrics.figures()["control tick"] == "2.00 ms, p99 2.00 ms, of 10 ms"
-    assert ServoMetrics.of(log_of([]), 0.0).figures()["control tick"] == "not known, p99 not known"
+    assert metrics.figures()["control tick"] == (
+        "median 2.00 ms, 99 % within 2.00 ms, of a period of 10 ms"
+    )
+    assert ServoMetrics.of(log_of([]), 0.0).figures()["control tick"] == "not known"
+
+
+@pytest.mark.parametrize(("slow", "is_noted"), [(0, False), (1, False), (20, True), (200, True)])
+def test_ticks_longer_than_their_period_are_noted_when_more_than_one_in_a_hundred_is(
+    slow: int, is_noted: bool
+) -> None:
+    rows = [row_at(number, control_s=0.012 if number < slow else 0.002) for number in range(200)]
+    note = ServoMetrics.of(log_of(rows), 0.0).late_note()
+    assert (note is not None) == is_noted
+    assert note is None or "longer than the control period of 10 ms: in the simulation" in note
 
 
 def test_a_hold_names_its_reasons_in_the_order_in_which_they_came() -> None:
@@ -197,8 +209,8 @@ def test_figures_are_in_millimetres_degrees_and_milliseconds() -> None:
         "100 % of 4",
         "100 %, with or without the rotation",
         "once, 0.01 s",
-        "0.40 ms, p99 0.40 ms, of 10 ms",
-        "0.00 ms, p99 0.00 ms",
+        "median 0.40 ms, 99 % within 0.40 ms, of a period of 10 ms",
+        "median 0.00 ms, 99 % within 0.00 ms",
     ]
 
 

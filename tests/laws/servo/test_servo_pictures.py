@@ -40,6 +40,7 @@ from servoid.view import ServoPictures, draw_servo_plots, write_servo_report
 from servoid.view.servo.servo_plots import gaze_panels, hand_panels, joint_panels
 
 SECONDS = 0.9
+NO_BREAK = "\N{NO-BREAK SPACE}"
 PLOTS = ["hand.png", "joints.png", "gaze.png"]
 CAMERA = Camera(size_px=(160, 120), focal_px=(170.0, 170.0), center_px=(79.5, 59.5))
 AHEAD = Pose.from_parts((0.0, 0.0, 0.5), (1.0, 0.0, 0.0, 0.0))
@@ -350,7 +351,8 @@ def test_a_report_begins_with_its_verdict_and_what_is_not_good(
 ) -> None:
     verdict = verdict_of(shown.log, ServoMetrics.of(shown.log, 0.3), ending)
     page = write_servo_report(tmp_path, shown.log, {}, ServoPictures(), settle_s=0.3, ending=ending)
-    first = re.search(r'<p class="verdict">(.*)</p>', page.read_text(encoding="utf-8"))
+    text = page.read_text(encoding="utf-8").replace(NO_BREAK, " ")
+    first = re.search(r'<p class="verdict">(.*)</p>', text)
     assert first is not None
     assert first[1].startswith(f"Servoing: {verdict.word}")
     assert all(reason in first[1] for reason in verdict.reasons)
@@ -364,6 +366,8 @@ def test_a_report_has_the_repeatability_of_its_table_below_its_verdict(
     metrics = ServoMetrics.of(shown.log, settle_s)
     page = write_servo_report(tmp_path, shown.log, {}, ServoPictures(), settle_s=settle_s)
     text = page.read_text(encoding="utf-8")
+    assert f"both after {settle_s:g}{NO_BREAK}s of servoing" in text
+    text = text.replace(NO_BREAK, " ")
     verdict = re.search(
         r'<p class="verdict">Repeatability ([\d.]+) mm RMS, ([\d.]+) mm at 95 %; '
         rf"accuracy not known; both after {settle_s:g} s",

@@ -107,10 +107,22 @@ def test_a_run_that_lost_its_object_is_not_good(
 
 
 def test_a_run_that_was_kept_from_its_goal_is_not_good_unless_it_was_by_quick_motion() -> None:
-    slow = [limited(row, Reason.ROUGH) for row in run()]
-    assert rating(slow) == "rough: a limit kept the hand from its goal for 1.5 of 1.5 s"
+    slow = [limited(row, Reason.WORKSPACE) for row in run()]
+    words = "a limit kept the hand from its goal for 1.50 of 1.50 s after settling"
+    assert rating(slow) == f"rough: {words}"
     assert rating([limited(row, Reason.HAND_SPEED) for row in run()]) == "good"
     assert rating([limited(row, Reason.AWAY) for row in run()[:50]] + run()[50:]) == "good"
+
+
+@pytest.mark.parametrize("doubt", [Reason.ROUGH, Reason.PARTED, Reason.UNSEEN])
+def test_a_doubtful_goal_is_not_taken_for_a_limit_of_the_hand(doubt: Reason) -> None:
+    words = "the goal was in doubt for 1.50 of 1.50 s after settling"
+    assert rating([limited(row, doubt) for row in run()]) == f"rough: {words}"
+
+
+def test_a_hand_that_stays_on_its_way_is_not_taken_for_a_limited_one() -> None:
+    words = "the hand was on its way to its goal for 1.50 of 1.50 s after settling"
+    assert rating([limited(row, Reason.AWAY) for row in run()]) == f"rough: {words}"
 
 
 def test_a_run_without_an_observation_is_poor() -> None:

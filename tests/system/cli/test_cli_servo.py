@@ -1,3 +1,4 @@
+import html
 import json
 import os
 import re
@@ -29,6 +30,7 @@ from servoid.sim.trial import TrialSettings, read_trial_settings, trial_toml
 from servoid.sim.world import IDEAL
 
 SHORT = {"run.seconds": 1.0, "run.settle_s": 0.5, "servo.look.count": 1}
+FORMATS = Path(__file__).parents[3] / "docs" / "formats.md"
 PLOTS = ("hand.png", "joints.png", "gaze.png")
 FILES = (
     "log.csv",
@@ -121,9 +123,38 @@ def test_a_figure_has_the_same_name_in_the_terminal_as_on_the_page(
     page = (folder / "new" / "run" / "report.html").read_text()
     names = re.findall(r'<th scope="row">(.*?)</th>', page)
     labels = list(rows_of(outcome))
-    labels = labels[labels.index("modelled") + 1 : labels.index("tracker") + 1]
+    labels = labels[labels.index("world") : labels.index("tracker") + 1]
     assert {"repeatability", "accuracy", "fixation error", "tracked", "held"} <= set(labels)
     assert [label for label in labels if not any(label in name for name in names)] == []
+    for row in ("world", "modelled"):
+        assert f'<th scope="row">{row}</th><td>{rows_of(outcome)[row]}</td>' in page
+
+
+def test_the_figures_of_a_run_begin_with_what_terminal_and_page_begin_with(
+    ran: tuple[Path, Outcome],
+) -> None:
+    folder, outcome = ran
+    figures = json.loads((folder / "new" / "run" / "summary.json").read_text())
+    assert list(figures)[:3] == ["verdict", "reasons", "notes"]
+    said = re.sub(r"\n {18}", " ", outcome.out)
+    rows = re.findall(r"^  (\S.*?)  +(\S.*)$", said, re.MULTILINE)
+    reasons = "; ".join(figures["reasons"])
+    words = f"{figures['verdict']}: {reasons}" if reasons else figures["verdict"]
+    assert dict(rows)["verdict"] == words
+    assert [value for label, value in rows if label == "note"] == figures["notes"]
+    assert (figures["world"], figures["ellipsoids"], figures["viewpoints"]) == ("ideal", 1, 1)
+    page = html.unescape((folder / "new" / "run" / "report.html").read_text())
+    assert all(note in page for note in figures["notes"])
+
+
+def test_each_figure_of_a_run_has_a_row_on_the_page_of_formats(ran: tuple[Path, Outcome]) -> None:
+    folder, _ = ran
+    figures = json.loads((folder / "new" / "run" / "summary.json").read_text())
+    text = FORMATS.read_text(encoding="utf-8")
+    part = text[text.index("## The figures of a servo run") :].split("\n## ")[0]
+    documented = re.findall(r"`(\w+)`", "".join(re.findall(r"^\|(.*?)\|", part, re.MULTILINE)))
+    assert set(documented) >= set(figures)
+    assert set(documented) - set(figures) <= {"middle_rms", "object_rms"}
 
 
 @pytest.mark.extended

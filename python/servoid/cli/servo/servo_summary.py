@@ -8,15 +8,14 @@ import typer
 
 from servoid.cli.rows import wrapped
 from servoid.servo import (
+    GoalTimes,
     Reason,
     ServoLog,
     ServoMetrics,
-    limited_s,
-    main_limit,
     verdict_of,
     why_errors_unknown,
 )
-from servoid.sim.trial import ServoTrial
+from servoid.sim.trial import ServoTrial, trial_notes, trial_rows
 
 _LABEL_WIDTH = 15
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
@@ -29,27 +28,24 @@ def print_servo_summary(
 
     `ending` says why the run is not finished.
     """
-    world, body = trial.settings.world, trial.exploration.body
-    looks = len(trial.exploration.looks)
+    world = trial.settings.world
+    times = GoalTimes.of(trial.log, metrics.settle_s)
     typer.echo(f"Servoed {world.arm.name} to {world.object.name}, {world.object.path}")
-    place = "1 viewpoint" if looks == 1 else f"{looks} viewpoints"
-    parts = "1 ellipsoid" if len(body) == 1 else f"{len(body)} ellipsoids"
     rows = {
         "verdict": verdict_of(trial.log, metrics, ending).words,
-        "world": "ideal" if world.ideal else "with the errors of a laboratory, [world.lab]",
-        "modelled": f"{parts}, from {place}",
-        **_unreached(trial.log),
+        **trial_rows(trial),
+        **_unreached(times),
         **_errors(trial.log, metrics),
         "tracked": f"{100.0 * metrics.tracked_share:.1f} % of {metrics.observations} observations",
         **_located(metrics),
         "held": _held(metrics),
-        **_limited(limited_s(trial.log)),
-        "control": f"{metrics.control_s.in_words()} per tick{metrics.of_period()}",
-        "tracker": f"{metrics.track_s.in_words()} per observation",
+        **dict(times.rows()),
+        "control tick": metrics.control_words(),
+        "tracker": metrics.track_s.in_words(),
     }
     for label, value in rows.items():
         _print(label, value)
-    for note in (*trial.world.notes, *trial.exploration.all_notes):
+    for note in trial_notes(trial, metrics):
         _print("note", note)
     for kind, path in files.items():
         typer.echo(f"  {kind:<{_LABEL_WIDTH}} {path}")
@@ -104,19 +100,12 @@ def _held(metrics: ServoMetrics) -> str:
     return f"{times}, {metrics.held_s:.2f} s in all: {'; '.join(sorted(reasons))}"
 
 
-def _unreached(log: ServoLog) -> dict[str, str]:
+def _unreached(times: GoalTimes) -> dict[str, str]:
     """Describe a goal that the arm did not reach, before all errors, which follow from it."""
-    limit = main_limit(log)
+    limit = times.main_limit()
     if limit is None or limit[0] is not Reason.UNREACHABLE:
         return {}
-    lasted = float(log.times[-1] - log.times[0])
-    return {"not reached": f"{limit[0].value}, for {limit[1]:.2f} of {lasted:.2f} s"}
-
-
-def _limited(seconds: Mapping[Reason, float]) -> dict[str, str]:
-    """Describe what kept the hand from its goal, if anything did."""
-    words = [f"{reason.value}, {times:.2f} s" for reason, times in seconds.items()]
-    return {"limited by": "; ".join(words)} if words else {}
+    return {"not reached": f"{limit[0].value}, {times.in_words(limit[1])}"}
 
 
 def _mm(metres: float) -> str:

@@ -33,6 +33,9 @@ from servoid.sim.trial import (
     TrialSettings,
     TrialStep,
     run_servo_trial,
+    trial_notes,
+    trial_numbers,
+    trial_rows,
     trial_toml,
 )
 from servoid.sim.world import Path as ObjectPath
@@ -281,19 +284,20 @@ def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -
     files["body"] = folder / "body.json"
     trial.exploration.result.save(files["body"], trial.appearance)
     files["figures"] = folder / "summary.json"
-    write_whole(files["figures"], msgspec.json.format(msgspec.json.encode(metrics.numbers())))
+    numbers = trial_numbers(trial, metrics, ending)
+    write_whole(files["figures"], msgspec.json.format(msgspec.json.encode(numbers)) + b"\n")
     model = folder / "model"
     write_report(trial.exploration.result, model)
     plots = draw_servo_plots(log, folder, settle_s=settings.run.settle_s)
     page = write_servo_report(
         folder,
         log,
-        metrics.figures(),
+        {**trial_rows(trial), **metrics.figures()},
         ServoPictures(trial.world.overview(_OVERVIEW_PX), [*plots, model / "contact_sheet.png"]),
         source=f"{settings.world.object.name}, {settings.world.object.path}",
         settings=text,
         settle_s=settings.run.settle_s,
-        notes=(*trial.world.notes, *trial.exploration.all_notes),
+        notes=trial_notes(trial, metrics),
         ending=ending,
     )
     for kind, name in (("recording", _RECORDING), ("video", _FILM)):

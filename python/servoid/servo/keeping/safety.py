@@ -57,6 +57,8 @@ ORDINARY = frozenset(
         Reason.JOINT_JERK,
     }
 )
+# Reasons to doubt the goal, which the hand follows nevertheless.
+DOUBTING = frozenset({Reason.ROUGH, Reason.PARTED, Reason.UNSEEN})
 # Reasons that hold the hand although the position of the target is known.
 LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT, Reason.STRAYED})
 _TOLERATED_JUMPS = 1

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from servoid.errors import OutputError
 from servoid.output import write_whole
 from servoid.servo import (
+    GoalTimes,
     Hold,
+    LimitingKind,
     ServoLog,
     ServoMetrics,
     holds,
-    limited_s,
-    main_limit,
     verdict_of,
     why_errors_unknown,
 )
@@ -100,13 +100,14 @@ def write_servo_report(
 
     """
     shaded = "; the plots shade these times" if pictures.files else ""
+    times = GoalTimes.of(log, settle_s)
     parts = {
         "title": html.escape(title),
         "origin": origin(source),
-        "verdict": verdict_list(_verdict(log, settle_s, ending)),
+        "verdict": verdict_list([_unbroken(one) for one in _verdict(log, times, settle_s, ending)]),
         "notes": notes_list(notes),
         "overview": "" if pictures.overview is None else _overview(pictures.overview),
-        "figures": "\n".join(_figure(*one) for one in {**summary, **_limited(log)}.items()),
+        "figures": "\n".join(_figure(*one) for one in {**summary, **_limited(times)}.items()),
         "pictures": "\n".join(_picture(Path(path)) for path in pictures.files),
         "holds": _held(log, shaded),
         "settings": _settings(settings),
@@ -116,14 +117,13 @@ def write_servo_report(
     return path
 
 
-def _verdict(log: ServoLog, settle_s: float, ending: str | None) -> list[str]:
+def _verdict(log: ServoLog, times: GoalTimes, settle_s: float, ending: str | None) -> list[str]:
     """Return sentences: whether the run is good, the errors of the hand, and its main limit."""
     metrics = ServoMetrics.of(log, settle_s)
     rating = f"Servoing: {verdict_of(log, metrics, ending).words}."
     if why_errors_unknown(log, settle_s) is not None:
         return [rating]
     true = metrics.accuracy
-    lasted = float(log.times[-1] - log.times[0])
     held = "" if metrics.holds else " The hand was never held."  # else the rating has it
     sentences = [
         rating,
@@ -131,14 +131,16 @@ def _verdict(log: ServoLog, settle_s: float, ending: str | None) -> list[str]:
         f"accuracy {_errors(true.position_rms, true.position_95)}; "
         f"both after {settle_s:g} s of servoing.{held}",
     ]
-    limit = main_limit(log)
+    limit = times.main_limit()
     if limit is not None:
         reason, seconds = limit
-        sentences.append(
-            f"The most frequent limit of the hand, for {seconds:.1f} of {lasted:.1f} s: "
-            f"{reason.value}."
-        )
+        sentences.append(f"Mostly limited by: {reason.value}, {times.in_words(seconds)}.")
     return sentences
+
+
+def _unbroken(text: str) -> str:
+    """Return text in which no line break divides a number from its unit."""
+    return _VALUE.sub(lambda match: match[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
 
 
 def _errors(rms: float, most: float) -> str:
@@ -146,10 +148,9 @@ def _errors(rms: float, most: float) -> str:
     return "not known" if np.isnan(rms) else f"{1e3 * rms:.2f} mm RMS, {1e3 * most:.2f} mm at 95 %"
 
 
-def _limited(log: ServoLog) -> dict[str, str]:
-    """Describe for how long each limit kept the hand from its goal."""
-    words = [f"{reason.value}, {seconds:.2f} s" for reason, seconds in limited_s(log).items()]
-    return {"limited by": "; ".join(words) if words else "nothing"}
+def _limited(times: GoalTimes) -> dict[str, str]:
+    """Describe for how long limits acted, and the goal was in doubt or not reached yet."""
+    return {LimitingKind.LIMITED.value: "nothing"} | dict(times.rows())
 
 
 def _overview(shown: NDArray[np.uint8]) -> str:

@@ -1,0 +1,52 @@
+"""Describes a run for its summary, its page and its summary.json, which so say the same."""
+
+from typing import Any
+
+from servoid.servo import GoalTimes, LimitingKind, Reason, ServoMetrics, verdict_of
+from servoid.sim.trial.servoing import ServoTrial
+from servoid.words import counted
+
+
+def trial_rows(trial: ServoTrial) -> dict[str, str]:
+    """Return what was servoed with, as text by name: the world's errors, and the body."""
+    looks, parts = len(trial.exploration.looks), len(trial.exploration.body)
+    ideal = trial.settings.world.ideal
+    return {
+        "world": "ideal" if ideal else "with the errors of a laboratory, [world.lab]",
+        "modelled": f"{counted(parts, 'ellipsoid')}, from {counted(looks, 'viewpoint')}",
+    }
+
+
+def trial_notes(trial: ServoTrial, metrics: ServoMetrics) -> tuple[str, ...]:
+    """Return the notes on the world, the looks, the body and the time that control took."""
+    late = metrics.late_note()
+    notes = (*trial.world.notes, *trial.exploration.all_notes)
+    return notes if late is None else (*notes, late)
+
+
+def trial_numbers(
+    trial: ServoTrial, metrics: ServoMetrics, ending: str | None = None
+) -> dict[str, Any]:
+    """Return the verdict, the notes and the figures of a run, ready for JSON.
+
+    `ending` says why the run is not finished.
+    """
+    verdict = verdict_of(trial.log, metrics, ending)
+    times = GoalTimes.of(trial.log, metrics.settle_s)
+    return {
+        "verdict": verdict.word,
+        "reasons": list(verdict.reasons),
+        "notes": list(trial_notes(trial, metrics)),
+        "world": "ideal" if trial.settings.world.ideal else "laboratory",
+        "ellipsoids": len(trial.exploration.body),
+        "viewpoints": len(trial.exploration.looks),
+        "counted_s": times.whole_s,
+        "limited_by": _by_name(times.reasons(LimitingKind.LIMITED)),
+        "goal_in_doubt": _by_name(times.reasons(LimitingKind.DOUBTED)),
+        "off_its_goal_s": times.by_kind[LimitingKind.AWAY],
+        **metrics.numbers(),
+    }
+
+
+def _by_name(seconds: dict[Reason, float]) -> dict[str, float]:
+    return {reason.name.lower(): times for reason, times in seconds.items()}

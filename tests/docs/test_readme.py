@@ -1,4 +1,5 @@
 import json
+import math
 import os
 import re
 import shlex
@@ -159,6 +160,25 @@ def test_the_readme_shows_the_command_and_the_python_interface() -> None:
     assert ["fit(" in python[0], "Tracker(" in python[1], "Controller(" in python[2]] == [True] * 3
     lines = [[line for line in block.splitlines() if line.strip()] for block in python]
     assert max(len(block) for block in lines) <= 10
+
+
+@pytest.mark.extended
+def test_the_hand_of_the_readme_arrives_as_near_as_the_readme_says(tmp_path: Path) -> None:
+    """The recording is the one of `make samples`, longer than that of the other tests."""
+    made = re.search(
+        r"servoid (sample out/moving .*)", (ROOT / "Makefile").read_text(encoding="utf-8")
+    )
+    assert made is not None
+    (tmp_path / "out").mkdir()
+    run_servoid(tmp_path, *shlex.split(made[1]))
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    [shown] = [block for block in blocks(text) if "Controller(" in block.text]
+    printed = run([sys.executable, "-c", shown.text], tmp_path)
+    parts = re.search(r"translation=\((.*?)\), quaternion=.* not held\n$", printed)
+    said = re.search(r"the hand ends less than (\d+) mm from its goal, and is not held", text)
+    assert parts is not None and said is not None, printed
+    off_mm = 1e3 * math.hypot(*map(float, parts[1].split(",")))
+    assert off_mm < float(said[1])
 
 
 def test_nothing_that_the_readme_writes_replaces_what_it_wrote_before() -> None:

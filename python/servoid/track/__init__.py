@@ -12,7 +12,7 @@ from servoid.track.history import BodyChange, Historian, History, LearnedSurface
 from servoid.track.learning import learn_appearance
 from servoid.track.request import Method, Request, Subject
 from servoid.track.result import Gap, Tracked, TrackResult
-from servoid.track.starting import Followed
+from servoid.track.starting import Followed, begin
 
 __all__ = [
     "Adjuster",
@@ -35,6 +35,7 @@ __all__ = [
     "TrackStep",
     "Tracked",
     "Tracker",
+    "begin",
     "cameras_of",
     "depths_for",
     "follow",

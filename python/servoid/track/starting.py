@@ -98,8 +98,15 @@ class _Known:
     is_metric: bool = True
 
 
-def begin(capture: Capture, instant: Instant, subject: Subject, request: Request) -> Followed:
+def begin(
+    capture: Capture,
+    instant: Instant,
+    subject: Subject | None = None,
+    request: Request | None = None,
+) -> Followed:
     """Start the tracker of one object in the first observation.
+
+    Without a `subject`, it is the one object in the capture's masks.
 
     Raises:
         TrackError: a known body has no pose, target, mask or appearance to locate it, it does not
@@ -109,6 +116,7 @@ def begin(capture: Capture, instant: Instant, subject: Subject, request: Request
         ModelError, CameraError, ImageError, MaskError: as for `model.fit_capture`.
 
     """
+    subject, request = subject or Subject(), request or Request()
     begun = time.perf_counter()
     known = _look(capture, instant, subject, request)
     cameras = cameras_of(capture)

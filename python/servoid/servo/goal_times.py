@@ -90,7 +90,9 @@ class GoalTimes:
         for kind in LimitingKind:
             reasons = self.reasons(kind)
             if reasons:
-                words = (f"{one.value}, {self.in_words(times)}" for one, times in reasons.items())
+                words = (
+                    f"{one.value}, for {self.in_words(times)}" for one, times in reasons.items()
+                )
                 yield kind.value, "; ".join(words)
 
 

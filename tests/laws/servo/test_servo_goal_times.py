@@ -40,7 +40,7 @@ def test_a_verdict_has_the_duration_of_the_row_that_says_the_same(
     times = GoalTimes.of(logged(rows), SETTLE_S)
     lasted = times.in_words(PERIOD_S * (COUNT - 80))
     assert lasted == "1.20 of 1.50 s after settling"
-    assert dict(times.rows()) == {kind.value: f"{reason.value}, {lasted}"}
+    assert dict(times.rows()) == {kind.value: f"{reason.value}, for {lasted}"}
     assert rating(rows, SETTLE_S).endswith(f" for {lasted}")
     page = write_servo_report(tmp_path, logged(rows), {}, ServoPictures(), settle_s=SETTLE_S)
     text = re.sub("<.*?>", "", page.read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " "))

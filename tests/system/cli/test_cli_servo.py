@@ -379,7 +379,8 @@ def test_what_was_done_until_an_interrupt_is_written(
     assert 40 < len(rows) < 90
     ending = outcome.err.removesuffix("\n")
     assert re.fullmatch(r"interrupted after 0\.\d\d of 5 s of servoing", ending)
-    assert f"Servoing: unknown: {ending}; the errors" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text().replace("\N{NO-BREAK SPACE}", " ")
+    assert f"Servoing: unknown: {ending}; the errors" in page
     for name in FILES:
         assert (out / name).stat().st_size > 100, name
     assert not [name for name in everything_in(out) if name.endswith((".part", ".part.mp4"))]

@@ -105,7 +105,7 @@ def _unreached(times: GoalTimes) -> dict[str, str]:
     limit = times.main_limit()
     if limit is None or limit[0] is not Reason.UNREACHABLE:
         return {}
-    return {"not reached": f"{limit[0].value}, {times.in_words(limit[1])}"}
+    return {"not reached": f"{limit[0].value}, for {times.in_words(limit[1])}"}
 
 
 def _mm(metres: float) -> str:

@@ -134,7 +134,7 @@ def _verdict(log: ServoLog, times: GoalTimes, settle_s: float, ending: str | Non
     limit = times.main_limit()
     if limit is not None:
         reason, seconds = limit
-        sentences.append(f"Mostly limited by: {reason.value}, {times.in_words(seconds)}.")
+        sentences.append(f"Mostly limited by: {reason.value}, for {times.in_words(seconds)}.")
     return sentences
 
 

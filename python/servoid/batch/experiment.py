@@ -9,6 +9,7 @@ from typing import Any, Generic, TypeVar
 import msgspec
 
 from servoid._native import __version__
+from servoid.brief import brief
 from servoid.errors import StudyError
 
 _NAME = re.compile(r"[a-z][a-z0-9_.]*")
@@ -64,6 +65,8 @@ class Work:
 
     experiment: Experiment[Any, Any]
     cases: Sequence[Any]
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose
+from servoid.brief import brief
 from servoid.camera.ideal_camera import camera_along_the_axis, camera_towards, sees
 from servoid.camera.images import Recorded, read_mask
 from servoid.errors import ImageError, MaskError, ServoidError, located
@@ -34,6 +35,8 @@ class Undistortion:
     lens_from_camera: Pose
     map_px: NDArray[np.float32] | None
     lens: Lens
+
+    __repr__ = brief
 
     def image(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the undistorted image, (H, W) or (H, W, 3) uint8, interpolated bilinearly.

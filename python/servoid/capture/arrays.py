@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose, View, taken_depth, taken_image, taken_mask
+from servoid.brief import brief
 from servoid.camera import IdealCamera, Picture, pinhole_lens, shrink
 from servoid.capture.capture import Capture, CaptureCamera, CaptureView
 from servoid.config import MOST_CAMERAS
@@ -24,6 +25,8 @@ class ArrayPicture(Picture):
     """One image in memory, (H, W, 3) uint8 RGB, or None where there is only a mask."""
 
     pixels: NDArray[np.uint8] | None = None
+
+    __repr__ = brief
 
     @property
     def is_there(self) -> bool:
@@ -68,6 +71,8 @@ class PosedImage:
     image: NDArray[np.uint8]
     mask: NDArray[Any] | None = None
     depth_m: NDArray[Any] | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if not isinstance(self.camera, Camera | Lens):

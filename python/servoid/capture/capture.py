@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens, Pose, View
+from servoid.brief import brief, said
 from servoid.camera import (
     IdealCamera,
     Picture,
@@ -18,6 +19,7 @@ from servoid.camera import (
     read_mask,
 )
 from servoid.errors import CaptureError, MaskError, located
+from servoid.words import counted, joined
 
 
 def read_scaled(
@@ -59,6 +61,11 @@ class CaptureCamera:
     masks: tuple[NDArray[np.uint8] | None, ...] = ()
     depths_m: tuple[NDArray[np.float32] | None, ...] = ()
 
+    def __repr__(self) -> str:
+        width, height = self.lens.size_px
+        there = sum(picture is not None for picture in self.pictures)
+        return said(CaptureCamera, self.name, f"{width}x{height} pixels", counted(there, "image"))
+
     def recorded_depth(self, index: int) -> NDArray[np.float32] | None:
         """Read a depth image in the pixels of the recorded image: metres, NaN where unknown.
 
@@ -91,6 +98,8 @@ class Observation:
     world_from_rig: Pose
     pictures: tuple[Picture | None, ...]
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class CaptureView:
@@ -119,6 +128,17 @@ class CaptureView:
     shared: IdealCamera | None = None
     depth_m: NDArray[np.float32] | None = None
     shrinking: Recorded | None = None
+
+    def __repr__(self) -> str:
+        width, height = self.lens.size_px
+        has_depth = self.depth_m is not None or self.depth_path is not None
+        return said(
+            CaptureView,
+            self.name,
+            f"{width}x{height} pixels",
+            "with mask" if self.has_mask else "without mask",
+            "with depth" if has_depth else None,
+        )
 
     @property
     def recorded(self) -> Recorded:
@@ -307,6 +327,17 @@ class Capture:
     rate_hz: float | None = None
     notes: tuple[str, ...] = ()
     metric: bool = True
+
+    def __repr__(self) -> str:
+        return said(
+            Capture,
+            str(self.path),
+            counted(len(self), "observation"),
+            f"{counted(len(self.cameras), 'camera')}: "
+            + joined([camera.name for camera in self.cameras]),
+            None if self.rate_hz is None else f"{self.rate_hz:g} Hz",
+            None if self.metric else "not in metres",
+        )
 
     def __len__(self) -> int:
         return len(self.world_from_rig)

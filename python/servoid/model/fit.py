@@ -18,6 +18,7 @@ from servoid._native import (
     fit_body,
     silhouette_ious,
 )
+from servoid.brief import brief
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
 from servoid.model.misfit import center_notes, scale_note, swapped_note
@@ -50,6 +51,8 @@ class Request:
     depth_weight: float | None = None
     trust_targets: bool = False
     progress: ProgressCallback | None = None
+
+    __repr__ = brief
 
     def settings(self) -> ModelSettings:
         """Return the settings in the core's form."""

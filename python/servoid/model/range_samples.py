@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from servoid.brief import brief
 from servoid.camera import Camera
 from servoid.capture import CaptureView
 from servoid.errors import MeshError
@@ -30,6 +31,8 @@ class RangeSamples:
 
     points: NDArray[np.float64]
     directions: NDArray[np.float64]
+
+    __repr__ = brief
 
     def __len__(self) -> int:
         return len(self.points)

@@ -18,12 +18,13 @@ from servoid._native import (
     silhouette_ious,
     surface_coverage,
 )
+from servoid.brief import brief, said
 from servoid.capture import CaptureView
 from servoid.model.misfit import misfit_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.verdict import ModelVerdict, rate_body
 from servoid.shape import MadeBy, SeenEntry, save_body
-from servoid.words import are, hundredths
+from servoid.words import are, counted, hundredths
 
 _NOTEWORTHY = 0.8  # below this share a note reports the unseen surface
 _HIDDEN = 0.5  # below this share an ellipsoid counts as a guess
@@ -41,6 +42,8 @@ class IouByCount:
     used: NDArray[np.float64]
     unused: NDArray[np.float64]
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
@@ -53,6 +56,8 @@ class Coverage:
     by_ellipsoid: NDArray[np.float64]
     share: float
     unseen_toward: tuple[float, float, float] | None
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, body: Body, views: Sequence[View], samples: RangeSamples) -> "Coverage":
@@ -108,6 +113,17 @@ class ModelResult:
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     is_metric: bool = True
+
+    def __repr__(self) -> str:
+        views = (len(self.used_views), len(self.unused_views))
+        return said(
+            ModelResult,
+            counted(len(self.body), "ellipsoid"),
+            f"fitness {self.fitness:.4f}",
+            f"{views[0]} of {counted(sum(views), 'view')} used" if any(views) else None,
+            counted(len(self.range_samples), "range sample") if len(self.range_samples) else None,
+            self.verdict.word,
+        )
 
     @property
     def fitness(self) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servoid._native import Lens
+from servoid.brief import brief
 from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
 from servoid.opening.given_calibration import GivenCalibration, any_cameras
@@ -29,6 +30,8 @@ class Filmed:
     partner: Partner | None = None
     lens: Lens | None = None
     notes: tuple[str, ...] = ()
+
+    __repr__ = brief
 
 
 def open_filmed(

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import msgspec
 
 from servoid._native import Camera, Pose
+from servoid.brief import brief
 from servoid.camera import pinhole_lens
 from servoid.capture import LensEntry, Version, mounted_lenses, read_versioned
 from servoid.config import NEAR_M, implausible
@@ -56,6 +57,8 @@ class Rig:
     notes: tuple[str, ...] = ()
     is_seated: bool = True
     is_made_up: bool = False
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servoid.brief import brief
 from servoid.errors import CaptureError
 from servoid.opening.given_calibration import GivenCalibration
 from servoid.opening.word import Kind, SourceWord
@@ -32,6 +33,8 @@ class OpenedLive:
 
     source: Live
     notes: tuple[str, ...] = ()
+
+    __repr__ = brief
 
 
 def open_live(

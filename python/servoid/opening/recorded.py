@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Pose
+from servoid.brief import brief
 from servoid.camera import Picture, VideoFacts, describe_video, read_exif, read_image_size, shrink
 from servoid.capture import Capture, CaptureCamera, MountedLens, count_uncalibrated, open_capture
 from servoid.config import IMAGE_FILE, read_bytes
@@ -36,6 +37,8 @@ class Opened:
     capture: Capture
     notes: tuple[str, ...] = ()
     is_made_up: bool = False
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True)

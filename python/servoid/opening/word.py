@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
+from servoid.brief import brief
 from servoid.camera import VIDEO_SUFFIXES
 from servoid.config import SETTINGS_FILE, check_regular, exists, is_file, is_folder, read_text
 from servoid.errors import CaptureError
@@ -71,6 +72,8 @@ class SourceWord:
     places: tuple[Path, ...] = ()
     name: str = ""
     halves: bool = False
+
+    __repr__ = brief
 
     def __str__(self) -> str:
         return self.text

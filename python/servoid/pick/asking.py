@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.brief import brief
 from servoid.errors import OutputError, ServoidError, TargetError
 from servoid.segment import BoxTarget, ClickTarget, Found, parse_target
 
@@ -30,6 +31,8 @@ class Choice:
     target: Mark
     found: Found
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class Question:
@@ -42,6 +45,8 @@ class Question:
     view: str
     image: NDArray[np.uint8]
     seek: Callable[[Mark], Found]
+
+    __repr__ = brief
 
 
 class Asking:

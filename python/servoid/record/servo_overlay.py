@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Camera
+from servoid.brief import brief
 from servoid.record.lettering import Box, fill, width_px, write, write_into
 from servoid.record.outline import Color, draw_axes, draw_outline
 from servoid.record.overlay import STATUS_COLORS
@@ -49,6 +50,8 @@ class ServoScene:
     line: str
     body: Body | None = None
     overview: NDArray[np.uint8] | None = None
+
+    __repr__ = brief
 
 
 class ServoOverlay:

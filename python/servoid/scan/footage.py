@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.brief import brief
 from servoid.camera import VIDEO_SUFFIXES, Picture, count_video_images, read_upright, upright_images
 from servoid.errors import ScanError
 
@@ -55,6 +56,8 @@ class Photographs:
     path: Path
     files: tuple[Path, ...]
 
+    __repr__ = brief
+
     @property
     def is_film(self) -> bool:
         """Return False: photographs are independent of each other."""
@@ -88,6 +91,8 @@ class Recorded:
     path: Path
     pictures: tuple[Picture | None, ...]
     size_px: tuple[int, int]
+
+    __repr__ = brief
 
     @property
     def is_film(self) -> bool:

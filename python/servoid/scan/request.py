@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from servoid._native import Lens
+from servoid.brief import brief
 from servoid.scan.footage import image_name
 from servoid.scan.metres.board import Board
 from servoid.scan.metres.pair import Partner
@@ -45,6 +46,8 @@ class Request:
     notes: tuple[str, ...] = ()
     threads: int | None = None
     progress: Progress | None = None
+
+    __repr__ = brief
 
     def keys(self) -> tuple[str, ...]:
         """Return the names of images that must be key images."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from servoid._native import Lens
+from servoid.brief import said
 from servoid.scan.metres.scale import Scale
 from servoid.scan.solution import Solution
 from servoid.words import counted, finite
@@ -44,6 +45,14 @@ class Scan:
     times: dict[str, float]
     notes: tuple[str, ...] = ()
     given_lens: Lens | None = None
+
+    def __repr__(self) -> str:
+        return said(
+            Scan,
+            str(self.path),
+            f"{len(self.solution.names)} of {counted(self.keys, 'used image')} placed",
+            "without scale" if self.scale is None else "in metres",
+        )
 
     @property
     def seconds(self) -> float:

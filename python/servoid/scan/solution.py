@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
+from servoid.brief import brief
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,8 @@ class Solution:
     center_is_found: bool
     missing: tuple[str, ...]
     groups: tuple[tuple[str, ...], ...] = ()
+
+    __repr__ = brief
 
     @cached_property
     def places(self) -> NDArray[np.float64]:

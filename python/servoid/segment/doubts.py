@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.brief import brief
 from servoid.segment.answers import HAND_PX
 from servoid.segment.segment import Mask
 
@@ -27,6 +28,8 @@ class Depth:
 
     metres: NDArray[np.float32]
     focal_px: float
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from servoid.brief import brief
 from servoid.camera import gaussian, read_image, read_mask
 from servoid.config import exists, missing
 from servoid.errors import DoubtError, ImageError, MaskError, ServoidError, TargetError, located
@@ -50,6 +51,8 @@ class Found:
     answers: tuple[Mask, ...]
     doubt: str | None = None
     notes: tuple[str, ...] = ()
+
+    __repr__ = brief
 
 
 def find_object(

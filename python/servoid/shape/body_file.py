@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Pose
+from servoid.brief import brief, said
 from servoid.config import BODY_FILE, check_version, convert, path_of, read_json
 from servoid.errors import BodyError, located
 from servoid.output import write_whole
@@ -51,6 +52,8 @@ class MadeBy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     targets: tuple[str, ...] = ()
     seen_points: int = 0
 
+    __repr__ = brief
+
 
 class SeenEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The share of the surface that was seen, 0 to 1: of the whole, and of each ellipsoid.
@@ -62,6 +65,8 @@ class SeenEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     share: Annotated[float, msgspec.Meta(ge=0, le=1)]
     unseen_toward: Vector | None = None
     by_ellipsoid: tuple[Annotated[float, msgspec.Meta(ge=0, le=1)], ...]
+
+    __repr__ = brief
 
 
 class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -83,6 +88,17 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     made_by: MadeBy | None = None
     seen: SeenEntry | None = None
     appearance: str | None = None
+
+    def __repr__(self) -> str:
+        made = self.made_by
+        return said(
+            BodyFile,
+            counted(len(self.ellipsoids), "ellipsoid"),
+            None if self.fitness is None else f"fitness {self.fitness:.4f}",
+            None if made is None or not made.views else counted(len(made.views), "view"),
+            None if self.seen is None else f"{100.0 * self.seen.share:.0f} % of it seen",
+            None if self.appearance is None else "with appearance",
+        )
 
     def look(self) -> bytes | None:
         """Return the appearance for `Tracker.recall`; None if it is not known.

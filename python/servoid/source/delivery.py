@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from servoid.brief import brief
 from servoid.errors import CaptureError
 
 
@@ -32,3 +33,5 @@ class Delivery:
     depths: tuple[Any, ...] = ()
     missing: int | None = None
     notices: tuple[str, ...] = ()
+
+    __repr__ = brief

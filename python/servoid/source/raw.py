@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
+from servoid.brief import brief
 from servoid.camera import IdealCamera
 from servoid.capture import ArrayPicture, Capture, CaptureCamera
 from servoid.source.instants import ideal_image
@@ -39,6 +40,8 @@ class RawImage:
     depth_m: NDArray[np.float32] | None = None
     encoded: bytes | None = None
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class RawInstant:
@@ -53,6 +56,8 @@ class RawInstant:
     images: tuple[RawImage | None, ...]
     world_from_lens: tuple[Pose, ...]
     notices: tuple[str, ...] = ()
+
+    __repr__ = brief
 
     @property
     def is_dark(self) -> bool:

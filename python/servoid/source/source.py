@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
+from servoid.brief import brief
 from servoid.words import camera_called
 
 _COUNTED = re.compile(r"\bcamera (\d+)\b")
@@ -33,6 +34,8 @@ class Instant:
     notices: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
     depths: tuple[NDArray[np.float32] | None, ...] = ()
+
+    __repr__ = brief
 
     def with_notices(self, notices: Sequence[str]) -> tuple[str, ...]:
         """Merge a tracker's notices, which number the cameras, with the notices of the images.

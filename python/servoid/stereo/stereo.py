@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
+from servoid.brief import brief
 from servoid.errors import ImageError, TargetError
 from servoid.pose import exact
 from servoid.stereo.disparity import Match, coarse_disparity, match
@@ -32,6 +33,8 @@ class StereoDepth:
 
     depth: NDArray[np.float32]
     sigma_m: NDArray[np.float32]
+
+    __repr__ = brief
 
 
 def stereo_depth(

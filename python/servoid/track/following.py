@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from servoid.brief import brief
 from servoid.capture import Capture, Observation
 from servoid.errors import TrackError
 from servoid.source import Feed, Instant, read_instants
@@ -25,6 +26,8 @@ class TrackStep:
     objects: tuple[Followed, ...]
     tracked: tuple[Tracked, ...]
     share: float
+
+    __repr__ = brief
 
 
 def follow(

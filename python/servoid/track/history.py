@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Camera, Pose
+from servoid.brief import brief
 from servoid.capture import Capture
 from servoid.source import Instant, cameras_of
 from servoid.track.following import TrackStep
@@ -34,6 +35,8 @@ class BodyChange:
     after: Body
     thumbnail: Colors | None
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class LearnedSurface:
@@ -41,6 +44,8 @@ class LearnedSurface:
 
     points: NDArray[np.float64]
     colors: Colors
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +64,8 @@ class History:
     changes: tuple[BodyChange, ...]
     surface: LearnedSurface
     thumbnail: Colors | None = None
+
+    __repr__ = brief
 
 
 @dataclass

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from servoid import _native
 from servoid._native import Body, Pose
+from servoid.brief import brief
 from servoid.config import distance_fault
 from servoid.errors import TrackError
 from servoid.model import ProgressCallback
@@ -66,6 +67,8 @@ class Subject:
     known_shape: bool = False
     is_metric: bool = True
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         if self.start is not None and self.body is None:
             raise TrackError(
@@ -113,6 +116,8 @@ class Request:
     trust_targets: bool = False
     maker: Maker | None = None
     progress: ProgressCallback | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name, value in (("every", self.every), ("evolve_every", self.evolve_every)):

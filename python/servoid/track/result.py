@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, Estimate, Pose
+from servoid.brief import brief, said
 from servoid.pose import exact
 from servoid.words import by_kind, counted
 
@@ -33,6 +34,8 @@ class Tracked:
     estimate: Estimate
     seconds: float
     notices: tuple[str, ...] = ()
+
+    __repr__ = brief
 
     @property
     def is_tracked(self) -> bool:
@@ -83,6 +86,15 @@ class TrackResult:
     calibration_doubt: str | None = None
     rig_doubt: str | None = None
     is_metric: bool = True
+
+    def __repr__(self) -> str:
+        return said(
+            TrackResult,
+            self.name,
+            f"{self.tracked_count} of {counted(len(self), 'observation')} tracked",
+            counted(len(self.body), "ellipsoid"),
+            self.verdict,
+        )
 
     def __len__(self) -> int:
         return len(self.tracked)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from servoid import model
 from servoid._native import Body, Estimate, Pose, View, poses_from_masks
+from servoid.brief import brief
 from servoid.capture import Capture, CaptureView
 from servoid.errors import ModelError, TargetError, TrackError
 from servoid.model import center_notes, find_everywhere, mark, swapped_note, views_meant
@@ -52,6 +53,8 @@ class Followed:
     overlap: float | None = None
     doubts: tuple[str, ...] = ()
     is_metric: bool = True
+
+    __repr__ = brief
 
     @property
     def body(self) -> Body:

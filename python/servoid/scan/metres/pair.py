@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
+from servoid.brief import brief
 from servoid.errors import ScanError
 from servoid.pose import Floats
 from servoid.scan.footage import Footage
@@ -37,6 +38,8 @@ class Partner:
 
     footage: Footage
     metres: float
+
+    __repr__ = brief
 
 
 def scale_of_partner(

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Lens
+from servoid.brief import brief
 from servoid.pose import Floats, Pose
 from servoid.sim.samples import motion, room, snail
 from servoid.sim.samples.drawing import patterns
@@ -68,6 +69,8 @@ class Look:
     images: tuple[NDArray[np.uint8], ...]
     mask: NDArray[np.uint8]
     hidden: float
+
+    __repr__ = brief
 
 
 class MovingScene:

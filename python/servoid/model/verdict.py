@@ -39,7 +39,10 @@ def rate_body(
     Views fit a body of wrong poses or masks as well, so one with `doubts` is rough at best.
     """
     if not views:
-        reason = f"the body fits the input with F = {fitness:.3f}, where 1 is a perfect fit"
+        reason = (
+            f"not rated, as only images in which the object is marked can rate a body; it fits the "
+            f"input with F = {fitness:.3f}, where 1 is a perfect fit"
+        )
         return ModelVerdict(None, reason)
     name, worst = min(views, key=lambda view: view[1])
     mean = float(np.mean([iou for _, iou in views]))

@@ -27,7 +27,10 @@ _RAYS = ((0, 1), (0, 2), (0, 3), (0, 4))
 
 
 def draw_body(result: ModelResult) -> bytes:
-    """Draw the body in its colours and the cameras around it; return the PNG file's bytes."""
+    """Draw the body in its colours and the cameras around it; return the PNG file's bytes.
+
+    Without cameras it is drawn from below in their place.
+    """
     solids = solids_in_world(result.body, result.colors)
     scored = scored_views(result)
     up = mean_up(scored)
@@ -64,6 +67,11 @@ def draw_body(result: ModelResult) -> bytes:
     corner = (column + pitch, _MARGIN_PX + pitch)
     if scored:
         _put_cameras(page, corner, solids, scored, up, viewpoints["three-quarter"].axes)
+    else:
+        below = _viewpoint(solids, up, side, front, turn_deg=0.0, rise_deg=-89.9)
+        sized = Viewpoint(below.axes, below.middle, scale, below.size_px)
+        page.put(render(solids, sized, up, light), *corner)
+        page.texts.append(Text(corner[0] + 14, corner[1] + 30, "below", size_px=19))
     return page.png()
 
 

@@ -7,12 +7,16 @@ import re
 import tempfile
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 from servoid._native import __version__
 from servoid.errors import OutputError
 
+_CELL = re.compile(r"<t[hd][^>]*>(.*?)</t[hd]>", re.DOTALL)
+_TAG = re.compile(r"<[^>]*>")
+_NARROW = 40  # characters of a row that fit on a phone
 _OPTION = re.compile(r"(?<!\S)--[a-z][a-z-]*")
 
 
@@ -87,8 +91,20 @@ def wide(element: str, name: str) -> str:
 
 
 def scrolling(element: str, name: str) -> str:
-    """Return a table that scrolls if it is wider than the page; its edge is shaded then."""
-    return _region("scroll", element, name)
+    """Return a table that scrolls if it is wider than the page; its edge is shaded then.
+
+    If it is wider than a phone, the page says so there, as of a picture.
+    """
+    return _region("scroll long" if _width(element) > _NARROW else "scroll", element, name)
+
+
+def _width(table: str) -> int:
+    """Return the characters of the longest cells of all columns of a table."""
+    rows = [
+        [len(html.unescape(_TAG.sub("", cell))) for cell in _CELL.findall(row)]
+        for row in table.split("</tr>")
+    ]
+    return sum(max(column) for column in zip_longest(*rows, fillvalue=0))
 
 
 def _region(kind: str, element: str, name: str) -> str:

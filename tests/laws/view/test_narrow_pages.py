@@ -42,3 +42,12 @@ def test_what_scrolls_can_be_reached_by_the_keyboard_and_has_a_name() -> None:
     for kind, element in (("wide", wide("x", 'a "b"')), ("scroll", scrolling("x", 'a "b"'))):
         assert f'class="{kind}"' in element and 'tabindex="0"' in element
         assert 'aria-label="a &quot;b&quot;"' in element
+
+
+def test_a_table_that_is_wider_than_a_phone_says_that_it_scrolls() -> None:
+    row = "<tr><td>{}</td><td>{}</td></tr>"
+    narrow = row.format("eye/0001", "<b>0.9613</b>") * 30
+    wide_one = row.format("a" * 35, "b") + row.format("a", "b" * 9)
+    assert 'class="scroll"' in scrolling(f"<table>{narrow}</table>", "Views")
+    assert 'class="scroll long"' in scrolling(f"<table>{wide_one}</table>", "Views")
+    assert re.search(r"max-width: 30rem\) \{\s*\.long::before", style_of(*TEMPLATES[0]))

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 import servoid
 from conftest import Drawing
 from servoid.capture import open_capture
-from servoid.model import ModelResult, fit
+from servoid.model import ModelResult, RangeSamples, Request, fit, fit_mesh
 from servoid.model.verdict import rate_body
 from servoid.view import write_report
-from servoid.view.model.html_page import _lengths
+from servoid.view.model.html_page import _fitness_words, _lengths, _rows
 from servoid.view.page import INK, QUIET_INK
 from servoid.view.page_parts import fill
 from servoid.view.scores import UNUSED_COLOR, USED_COLOR, ScoredView, scored_views, verdict
@@ -291,3 +291,44 @@ def test_each_head_of_a_table_says_what_it_heads() -> None:
 def test_lengths_have_as_many_decimals_each() -> None:
     assert _lengths([208.0, 222.71, 164.25]) == "208 × 223 × 164"
     assert _lengths([1.234, 12.34, 0.5]) == "1.2 × 12.3 × 0.5"
+
+
+@pytest.fixture(scope="module")
+def page_of_mesh(tmp_path_factory: pytest.TempPathFactory) -> str:
+    corners = [[x, y, z] for x in (0, 1) for y in (0, 2) for z in (0, 3)]
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]
+    faces += [[0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    folder = tmp_path_factory.mktemp("mesh")
+    write_report(fit_mesh(corners, faces, Request(max_ellipsoids=1)), folder)
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_of_a_mesh_speaks_of_no_views_and_no_cameras(page_of_mesh: str) -> None:
+    heads = re.findall(r"<h2>(.*?)</h2>", page_of_mesh)
+    assert heads == ["The body", "The body from five sides", "Fitness F against the count"]
+    text = re.sub(r"<img[^>]*>", "", page_of_mesh)
+    assert "<table>" not in text and "IoU" not in text
+
+
+def test_the_page_of_a_mesh_says_that_it_is_not_rated_and_what_f_is(page_of_mesh: str) -> None:
+    rated = r'class="verdict">Not rated, as only images [^<]*F = 0\.\d+, where 1 is'
+    assert re.search(rated, page_of_mesh)
+    assert "F is the mean intersection over union of body and mesh, by volume" in page_of_mesh
+
+
+def test_a_page_says_what_f_is_of_views_and_of_range_samples(result: ModelResult) -> None:
+    samples = RangeSamples(np.zeros((3, 3)), np.ones((3, 3)))
+    of_cloud = replace(result, used_views=(), iou_used=np.empty(0), range_samples=samples)
+    assert "of mask and silhouette over the used views; 1 is" in _fitness_words(result)
+    assert "of body and object along the range samples; 1 is" in _fitness_words(of_cloud)
+    of_both = _fitness_words(replace(result, range_samples=samples))
+    assert "of mask and silhouette over the used views, and of body and object along" in of_both
+
+
+def test_the_worst_view_is_red_only_if_the_body_does_not_explain_it(result: ModelResult) -> None:
+    fine = "".join(_rows(scored_views(result)))
+    assert 'class="worst"' in fine and "poor" not in fine
+    bad = replace(result, iou_used=np.array([0.9, 0.7, *result.iou_used[2:]]))
+    assert "".join(_rows(scored_views(bad))).count('class="worst poor"') == 1
+    style = files("servoid.view").joinpath("report.html").read_text(encoding="utf-8")
+    assert re.findall(r"tr\.(\w+) td \{[^}]*#c62f2f", style) == ["poor"]

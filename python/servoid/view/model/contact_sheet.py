@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.model import ModelResult
+from servoid.model import GOOD_IOU, ModelResult
 from servoid.shape import Body
 from servoid.view.page import INK, QUIET_INK, WARNING_INK, Page, Text
 from servoid.view.scores import ScoredView, score_words, scored_views
@@ -17,6 +17,7 @@ _GAP_PX = 16
 _CAPTION_PX = 36
 _TITLE_PX = 62
 _NO_IMAGE = (110, 110, 110)
+_POOR, _WORST = (0xC6, 0x2F, 0x2F), (0x50, 0x50, 0x50)  # the worst view of a good body is no alarm
 _SUBPIXEL_BITS = 4
 
 
@@ -93,9 +94,9 @@ def _put_view(
     """Draw one view and its caption on the page."""
     tile = draw_view(body, one, tile_size)
     if is_worst:
-        red = (0xC6, 0x2F, 0x2F)
-        cv2.rectangle(tile, (1, 1), (tile_size[0] - 2, tile_size[1] - 2), red, 3)
-        cv2.rectangle(tile, (0, 0), (132, 30), red, -1)
+        marked = _POOR if one.iou < GOOD_IOU else _WORST
+        cv2.rectangle(tile, (1, 1), (tile_size[0] - 2, tile_size[1] - 2), marked, 3)
+        cv2.rectangle(tile, (0, 0), (132, 30), marked, -1)
         tag = Text(corner[0] + 10, corner[1] + 22, "worst view", 18, "white", bold=True)
         page.texts.append(tag)
     page.put(tile, *corner)
@@ -104,7 +105,7 @@ def _put_view(
     size = min(20.0, 20.0 * tile_size[0] / 290)
     words = f"{one.view.name}, {one.use}"
     iou = f"IoU {one.iou:.3f}"
-    color = WARNING_INK if is_worst else INK
+    color = WARNING_INK if one.iou < GOOD_IOU else INK
     page.texts.append(Text(corner[0], base, _shorten(words), size, INK))
     page.texts.append(Text(right, base, iou, size, color, "right", bold=is_worst))
 

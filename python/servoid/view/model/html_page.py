@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from servoid.model import ModelResult
+from servoid.model import GOOD_IOU, ModelResult, PaperSettings
 from servoid.view.body_picture import (
     FROM_AHEAD,
     frustum,
@@ -23,6 +23,7 @@ from servoid.view.page_parts import (
     paragraphs,
     picture,
     read,
+    scrolling,
     verdict_list,
 )
 from servoid.view.scores import (
@@ -39,9 +40,9 @@ from servoid.words import counted, four_digits
 _FRUSTUM_SHARE = 0.085  # share of the distance of the farthest camera
 
 _SHOWN = {
-    "body.png": "The body drawn from four sides and, beside it, the camera poses",
+    "body.png": "The body drawn from four sides and, beside it, the camera poses or a fifth side",
     "contact_sheet.png": "Photographs with the outline of each ellipsoid drawn over the object",
-    "curve.png": "Lines over the count of ellipsoids: fitness F, IoU of the views; "
+    "curve.png": "Lines over the count of ellipsoids: fitness F, and IoU of any views; "
     "the table of steps in summary.json has the numbers",
 }
 
@@ -50,6 +51,14 @@ _CAPTIONS = {
     "contact_sheet.png": "The views, with the ellipsoids' outlines",
     "curve.png": "Fitness and silhouette IoU against the count",
 }
+_CAPTIONS_WITHOUT_VIEWS = {
+    "body.png": "The body from five sides",
+    "curve.png": "Fitness F against the count",
+}
+_COLUMNS = (
+    '<th scope="col">view</th><th scope="col">image</th><th scope="col">modelling</th>'
+    '<th scope="col" class="number">silhouette IoU</th>'
+)
 
 
 def html_page(
@@ -59,6 +68,7 @@ def html_page(
     scored = scored_views(result)
     doubts = result.all_doubts
     count = len(result.body)
+    captions = _CAPTIONS if scored else _CAPTIONS_WITHOUT_VIEWS
     parts = {
         "title": f"A body of {counted(count, 'ellipsoid')}",
         "origin": origin(source),
@@ -68,10 +78,10 @@ def html_page(
         "legend": _legend(scored),
         "hidden": "" if scored else " hidden",
         "pictures": "\n".join(
-            picture(data, _CAPTIONS.get(name, name), _SHOWN.get(name, ""))
+            picture(data, captions.get(name, name), _SHOWN.get(name, ""))
             for name, data in pictures.items()
         ),
-        "rows": "\n".join(_rows(scored)),
+        "views": _table(scored),
         "scene": json_text(_scene(result, scored)),
         "script": read("turntable.js"),
     }
@@ -79,7 +89,10 @@ def html_page(
 
 
 def _words(result: ModelResult, scored: list[ScoredView]) -> Iterator[str]:
-    yield score_words(scored, len(result.body)) + f"; fitness F {result.fitness:.4f}."
+    yield (
+        f"{score_words(scored, len(result.body))}; fitness F {result.fitness:.4f}. "
+        f"{_fitness_words(result)}"
+    )
     solids = solids_in_world(result.body, result.colors)
     axes = result.body.world_from_object.matrix()[:3, :3].T
     spans = (high - low for low, high in (solids.extent(axis) for axis in axes))
@@ -113,6 +126,28 @@ def _sources(result: ModelResult, scored: list[ScoredView]) -> str:
     return " and ".join(parts) or "a mesh"
 
 
+def _fitness_words(result: ModelResult) -> str:
+    """Say in a sentence what F is, which depends on what the body was modelled from."""
+    if isinstance(result.settings, PaperSettings):
+        return (
+            "F is that of the paper, its Eq. (7): surface points on the object count +1, and "
+            "points of an envelope around the body -1."
+        )
+    outlines, lines = "of mask and silhouette over the used views", "along the range samples"
+    if result.used_views and len(result.range_samples):
+        of = f"{outlines}, and of body and object {lines}, as their geometric mean"
+    elif result.used_views:
+        of = outlines
+    elif len(result.range_samples):
+        of = f"of body and object {lines}"
+    else:
+        of = (
+            "of body and mesh, by volume and by silhouette from six sides, as a geometric mean "
+            "in which the volume counts more"
+        )
+    return f"F is the mean intersection over union {of}; 1 is a perfect fit."
+
+
 def _lengths(values: list[float]) -> str:
     """Return lengths with the same number of decimals: three digits of the longest."""
     decimals = max(0, 2 - math.floor(math.log10(max(values))))
@@ -126,10 +161,21 @@ def _legend(scored: list[ScoredView]) -> str:
     return "Cameras: " + ", ".join(f'<span class="{kind}">{kind}</span>' for kind in kinds) + "."
 
 
+def _table(scored: list[ScoredView]) -> str:
+    """Return the table of the views with its heading; empty without views."""
+    if not scored:
+        return ""
+    rows = "\n".join(_rows(scored))
+    table = f"<table>\n<thead><tr>{_COLUMNS}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>"
+    return f"<h2>Views</h2>\n{scrolling(table, 'Views')}"
+
+
 def _rows(scored: list[ScoredView]) -> Iterator[str]:
     worst = min(scored, key=lambda one: one.iou, default=None)
     for one in scored:
-        kind = ' class="worst"' if one is worst else ""
+        kinds = ["worst"] if one is worst else []
+        kinds += ["poor"] if one.iou < GOOD_IOU else []
+        kind = f' class="{" ".join(kinds)}"' if kinds else ""
         names = (one.view.name, one.view.image_path.name)
         cells = "".join(f"<td>{html.escape(name)}</td>" for name in names)
         yield (

@@ -96,6 +96,20 @@ def test_a_library_that_is_installed_and_cannot_be_loaded_is_told_as_its_source_
     assert report["unloadable"] == {"realsense": str(told.value)}
 
 
+def test_of_an_installed_library_only_what_it_lacks_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    lacking = "libusb-1.0.so.0: cannot open shared object file"
+    (tmp_path / "pyrealsense2.py").write_text(f"raise ImportError({lacking!r})")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "pyrealsense2", raising=False)
+    with pytest.raises(MissingExtraError) as told:
+        load_library()
+    assert f"is installed, but cannot be imported ({lacking})" in str(told.value)
+    assert "apt install libusb-1.0-0" in str(told.value)
+    assert "pip install" not in str(told.value)
+
+
 def test_a_library_that_can_be_loaded_is_listed_without_a_word(
     servoid_command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

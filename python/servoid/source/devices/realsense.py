@@ -21,6 +21,7 @@ from servoid.source.devices.pairing import Moment, Pairing
 from servoid.source.devices.realsense_controls import RealSenseControls
 from servoid.source.devices.realsense_streams import Streams, choose_streams
 from servoid.source.live import LiveCamera
+from servoid.words import in_one_line
 
 _WAIT_MS = 100  # for an image, before the device's presence is checked
 _QUEUE = 32  # images that librealsense queues
@@ -34,16 +35,22 @@ def load_library() -> Any:
     """Import pyrealsense2.
 
     Raises:
-        MissingExtraError: it is not installed, or lacks libusb of the system.
+        MissingExtraError: it is not installed, or lacks a library of the system.
 
     """
     try:
         return import_module("pyrealsense2")
+    except ModuleNotFoundError as reason:
+        raise MissingExtraError(
+            "RealSense cameras need pyrealsense2, which is not installed; install it with: "
+            "pip install 'servoid[realsense]' (on ARM it has to be built from librealsense's "
+            "source), and the system's libusb 1.0 (Debian and Ubuntu: apt install libusb-1.0-0)"
+        ) from reason
     except ImportError as reason:
         raise MissingExtraError(
-            f"RealSense cameras need pyrealsense2, which cannot be imported ({reason}); install it "
-            "with: pip install 'servoid[realsense]' (on ARM it has to be built from librealsense's "
-            "source), and the system's libusb 1.0 (Debian and Ubuntu: apt install libusb-1.0-0)"
+            f"pyrealsense2 is installed, but cannot be imported ({in_one_line(reason)}); install "
+            "the system's library that it names: of libusb on Debian and Ubuntu, apt install "
+            "libusb-1.0-0"
         ) from reason
 
 

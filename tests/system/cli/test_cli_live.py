@@ -7,7 +7,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -18,7 +20,9 @@ from recordings import Alone, run_servoid
 from served_images import served
 
 from servoid.capture import open_capture
+from servoid.cli.source import footage
 from servoid.opening import GivenCalibration, open_recorded, parse_source
+from servoid.track import Request
 
 RIG_CAMERA = """
 [[camera]]
@@ -220,3 +224,23 @@ def test_a_server_that_dies_is_told_and_the_object_tracked_again(
     back_s = float(rows[back]["time_s"])
     soon = [row for row in rows[back:] if float(row["time_s"]) <= back_s + 1.0]
     assert any(row["status"] == "tracking" for row in soon)
+
+
+def test_a_duration_counts_from_the_first_pose_and_not_while_a_body_is_modelled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock, over = [100.0], []
+    monkeypatch.setattr(footage, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    live = object.__new__(footage.LiveFootage)
+    vars(live).update(_duration_s=5.0, _first_s=99.0, _opened_s=98.0, _is_starting=False)
+    vars(live).update(_source=SimpleNamespace(is_over=False), _feed=None)
+
+    def follow(*_: object) -> Iterator[float]:
+        for passed in (60.0, 4.0, 2.0):
+            clock[0] += passed
+            over.append(live._is_over())
+            yield passed
+
+    monkeypatch.setattr(footage, "follow_live", follow)
+    assert len(list(live.steps([], Request()))) == 3
+    assert over == [False, False, True]

@@ -53,6 +53,8 @@ class RecordedFootage:
 class LiveFootage:
     """The images of a live source from its first one on, for `duration_s` or until Ctrl-C.
 
+    A duration counts from the first image, or from the first pose where objects are tracked.
+
     Times are in seconds since it was opened, `began`. Tracked images are recorded to `record`.
     `report_silence` is called with the reason while no image comes, and with None once one does.
     """
@@ -79,6 +81,7 @@ class LiveFootage:
         self.report_silence: Callable[[str | None], None] = lambda _: None
         self.began: datetime = datetime.now(timezone.utc)
         self._duration_s, self._first_s, self._opened_s = duration_s, 0.0, began_s
+        self._is_starting = False
         with ExitStack() as stack:
             opened = open_live(word, known, clock=lambda: time.monotonic() - began_s)
             self._source = stack.enter_context(opened.source)
@@ -112,8 +115,12 @@ class LiveFootage:
             self._recording.abandon()
 
     def steps(self, subjects: Sequence[Subject], request: Request) -> Iterator[TrackStep]:
-        """Track through the observations as they arrive."""
-        return follow_live(self._feed, subjects, request)
+        """Track through the observations as they arrive; the duration begins at the first pose."""
+        self._is_starting = True
+        for step in follow_live(self._feed, subjects, request):
+            if self._is_starting:
+                self._is_starting, self._first_s = False, time.monotonic()
+            yield step
 
     def finish_recording(self) -> None:
         """Write the rest of a recording, and move it to its path.
@@ -165,7 +172,7 @@ class LiveFootage:
             return True
         if not self._first_s:
             return time.monotonic() - self._opened_s > _FIRST_S
-        if self._duration_s is None:
+        if self._duration_s is None or self._is_starting:
             return False
         return time.monotonic() - self._first_s >= self._duration_s
 

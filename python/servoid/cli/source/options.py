@@ -95,7 +95,8 @@ Duration = Annotated[
         "--duration",
         metavar="S",
         callback=_check_duration,
-        help="End after this many seconds (default: at Ctrl-C).",
+        help="End after this many seconds of recording, or of tracking after the first pose "
+        "(default: at Ctrl-C).",
         rich_help_panel=LIVE,
     ),
 ]

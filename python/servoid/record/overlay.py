@@ -90,22 +90,30 @@ class Overlay:
         shown: tuple[Followed, Tracked],
         instant: Instant,
     ) -> None:
-        """Draw the state of one object: a bar of its confidence, its status, the time."""
+        """Draw the state of one object: a bar of its confidence, its state, the time.
+
+        A high confidence alone is no trust, so the state comes first and the number has its name.
+        """
         one, tracked = shown
         top = self._images_px + row * _ROW_PX
         confidence = float(np.clip(np.nan_to_num(tracked.estimate.confidence), 0.0, 1.0))
         bar = (8, top + 9, _BAR_PX, 10)
         fill(page, bar, _TROUGH)
         fill(page, (*bar[:2], round(_BAR_PX * confidence), bar[3]), _color(tracked))
-        words = f"{100.0 * confidence:3.0f} %  {tracked.estimate.status}"
-        if len(self._names) and one.name != "object":
-            words += f"  {one.name}"
-        end = write(page, (_BAR_PX + 18, top + 19), words, _INK)
+        end = write(page, (_BAR_PX + 18, top + 19), self._words(one, tracked, confidence), _INK)
         note = f"{hundredths(instant.time_s)} s"
         room = self.size_px[0] - end - 16
         width = width_px(note, _SIZE)
         if width <= room:
             write(page, (self.size_px[0] - width - 8, top + 19), note, _QUIET)
+
+    def _words(self, one: Followed, tracked: Tracked, confidence: float) -> str:
+        """Return the state, the confidence and the name of an object, shorter in small images."""
+        share = f"{100.0 * confidence:.0f} %"
+        name = "" if one.name == "object" else f"  {one.name}"
+        words = f"{tracked.words}  confidence {share}{name}"
+        room = self.size_px[0] - _BAR_PX - 26
+        return words if width_px(words, _SIZE) <= room else f"{tracked.words}  {share}{name}"
 
 
 def _color(tracked: Tracked) -> Color:

@@ -15,6 +15,7 @@ from servoid.words import by_kind, counted
 # The minimum share of tracked observations for each word.
 _VERDICTS = (("good", 0.95), ("rough", 0.7), ("poor", 0.0))
 _LEAST_JUDGED = 5  # observations after the first, where the object was shown
+_STATE_WORDS = {"located": "searching, located"}
 _NOWHERE = (
     "no image after the first confirms a pose: the views may differ too much from one to the next, "
     "or the first pose is wrong; then give another --start, or mark the object in the first "
@@ -41,6 +42,20 @@ class Tracked:
     def is_tracked(self) -> bool:
         """Return whether the images confirm the pose."""
         return self.estimate.status == "tracking"
+
+    @property
+    def state(self) -> str:
+        """Return tracking, located, searching or lost.
+
+        A located object is searched for, but its position is confirmed.
+        """
+        status = self.estimate.status
+        return "located" if status == "searching" and self.estimate.located else status
+
+    @property
+    def words(self) -> str:
+        """Return the state as the page and the video say it."""
+        return _STATE_WORDS.get(self.state, self.state)
 
     @property
     def evolved(self) -> bool:

@@ -14,6 +14,7 @@ from servoid.camera.video import count_video_images
 from servoid.errors import OutputError
 from servoid.pose import Pose
 from servoid.record import Overlay, check_video, image_video, overlay_video
+from servoid.record import overlay as overlay_module
 from servoid.record.outline import draw_outline, draw_points, project
 from servoid.record.overlay import STATUS_COLORS
 from servoid.source import Instant
@@ -181,3 +182,24 @@ def test_a_video_has_as_many_images_as_were_added(tmp_path: Path, count: int) ->
         for index in range(count):
             add(np.full((48, 64, 3), 5 * index, np.uint8))
     assert count_video_images(tmp_path / "v.mp4") == count
+
+
+@pytest.mark.parametrize(
+    ("located", "size_px", "words"),
+    [
+        (True, (640, 480), "searching, located  confidence 100 %"),
+        (False, (640, 480), "searching  confidence 100 %"),
+        (True, (201, 151), "searching, located  100 %"),
+    ],
+)
+def test_the_row_says_the_state_as_the_page_does_before_the_confidence(
+    located: bool, size_px: tuple[int, int], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(FakeEstimate, "located", located)
+    written: list[str] = []
+    monkeypatch.setattr(overlay_module, "write", lambda *given, **_: written.append(given[2]) or 0)
+    width, height = size_px
+    camera = Camera(size_px=size_px, focal_px=(250.0, 250.0), center_px=(width / 2, height / 2))
+    image = np.zeros((height, width, 3), np.uint8)
+    Overlay([camera], ["left"], objects=1).draw(step_of([image], "searching"))
+    assert words in written

@@ -1,8 +1,10 @@
 """Scans of drawn rooms: poses, focal length and scale come back, and what cannot be is refused."""
 
+import html
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -110,6 +112,16 @@ def test_a_bar_of_a_plan_is_as_long_as_it_says(scanned: Scan) -> None:
     moved = np.array([moved_right, *(side[-1] - side[0])])  # and ahead and down
     places = scanned.solution.places
     assert np.linalg.norm(moved) == pytest.approx(np.linalg.norm(places[-1] - places[0]), rel=0.02)
+
+
+def test_the_page_of_a_scan_names_each_doubt_once_and_a_missing_scale_once(scanned: Scan) -> None:
+    unscaled = replace(scanned, scale=None)
+    page = html.unescape(scan_page(unscaled, scanned.path / "images").decode())
+    verdict = re.findall(r'class="verdict">(.*?)</p>', page)
+    assert verdict[0].endswith("images were registered.")
+    assert any(one.startswith("In doubt: the scene was seen from one side") for one in verdict)
+    assert verdict[-1].startswith("The scale is unknown, so lengths are not in metres")
+    assert page.count("seen from one side") == page.count("cale is unknown") == 1
 
 
 @pytest.mark.extended

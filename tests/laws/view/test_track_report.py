@@ -2,6 +2,7 @@
 
 import base64
 import gc
+import html
 import json
 import re
 import shutil
@@ -33,10 +34,10 @@ from servoid.record import read_trajectory
 from servoid.shape import save_body
 from servoid.sim import WHOLE_TURN, MovingScene, Scenario, write_moving_sample
 from servoid.source import Instant
-from servoid.track import Historian, LearnedSurface, TrackResult, TrackStep
+from servoid.track import Historian, LearnedSurface, Tracked, TrackResult, TrackStep
 from servoid.track.history import MOST_CHANGES
 from servoid.view.track.growth_picture import surface_colors
-from servoid.view.track.timeline_plot import notice_times, state_of
+from servoid.view.track.timeline_plot import notice_times
 from servoid.view.track.turning import Cause
 
 MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(5)))
@@ -130,6 +131,11 @@ def test_the_figures_agree_with_the_poses_that_are_written(reported: Path) -> No
     )
     assert summary["tracked"] == sum(point.status == "tracking" for point in points) == 4
     assert summary["tracked_share"] == pytest.approx(0.8)
+    assert summary["verdict"] == "rough"
+    assert summary["reasons"][-1] == "not tracked in 1 of 5 observations"
+    page = html.unescape((reported / "report.html").read_text(encoding="utf-8"))
+    assert f"Tracking: {summary['verdict']}; it was tracked in 4 of 5" in page
+    assert len(summary["doubts"]) == 1 and f"start: {summary['doubts'][0]}." in page
     assert [gap["count"] for gap in summary["gaps"]] == [1]
     [correction] = summary["corrections"]
     [noticed] = [point for point in points if CORRECTED in point.notices]
@@ -307,9 +313,9 @@ def test_an_ellipsoid_has_the_colour_of_the_points_that_lie_on_it() -> None:
 
 def test_a_state_tells_a_place_that_is_confirmed_from_one_that_is_not() -> None:
     [one] = track_of([OWN], lambda _: {"status": "searching"})
-    assert state_of(one) == "searching"
-    known = SimpleNamespace(estimate=SimpleNamespace(status="searching", located=True))
-    assert state_of(known) == "located"  # type: ignore[arg-type]
+    assert one.state == one.words == "searching"
+    known = Tracked(0, SimpleNamespace(status="searching", located=True), 0.0)  # type: ignore[arg-type]
+    assert (known.state, known.words) == ("located", "searching, located")
 
 
 def test_notices_that_differ_by_numbers_are_one_kind() -> None:

@@ -1,5 +1,6 @@
 """The report of a track says first whether it is good."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -71,6 +72,8 @@ def test_what_the_verdict_doubts_is_not_repeated_in_the_notes(tmp_path: Path) ->
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert text.count("it may be a jug") == 1 == text.count("the back is a guess")
     assert "<li>At the start: the back is a guess</li>" in text
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert (summary["notes"], summary["doubts"]) == (["the back is a guess"], ["it may be a jug"])
 
 
 @pytest.mark.parametrize(
@@ -120,4 +123,7 @@ def test_a_drift_is_never_told_as_zero_degrees(drift_rad: float, words: str) -> 
     track = track_of([OWN] * 3, lambda _: {"evidence": {"drift_rad": drift_rad}})
     result = TrackResult("cup", track, plain_body(OWN, count=2))
     text = " ".join(TrackFigures(result, history_of(3)).words())
-    assert f"drift was {words} at most, and {words} at the end" in text
+    if words.startswith("below"):
+        assert f"drift stayed {words} (one standard deviation)" in text
+    else:
+        assert f"drift was {words} at most, and {words} at the end" in text

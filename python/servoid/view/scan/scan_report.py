@@ -35,9 +35,9 @@ def scan_page(scan: Scan, images: Path) -> bytes:
         "scan_report.html",
         {
             "title": html.escape(f"Scan of {scan.source.name}"),
-            "verdict": verdict_list([_verdict(scan)]),
+            "verdict": verdict_list(list(_verdict(scan))),
             "words": paragraphs(_words(scan)),
-            "notes": notes_list((*scan.notes, *scan.doubts)),
+            "notes": notes_list(scan.notes),
             "plans": _plans(scan),
             "unit": _unit(scan),
             "figures": "\n".join(_row(name, value) for name, value in _figures(scan)),
@@ -46,12 +46,14 @@ def scan_page(scan: Scan, images: Path) -> bytes:
     )
 
 
-def _verdict(scan: Scan) -> str:
+def _verdict(scan: Scan) -> Iterator[str]:
     solution = scan.solution
     share = f"{len(solution.names)} of {scan.keys} images were registered"
-    if not [one for one in scan.doubts if not one.startswith("the scale")]:
-        return f"{share}; no check raised a doubt."
-    return f"{share}; read the doubts below."
+    unscaled = [one for one in scan.doubts if one.startswith("the scale")]
+    doubts = [one for one in scan.doubts if one not in unscaled]
+    yield f"{share}." if doubts else f"{share}; no check raised a doubt."
+    yield from (f"In doubt: {doubt}." for doubt in doubts)
+    yield from (f"{one[0].upper()}{one[1:]}." for one in unscaled)
 
 
 def _words(scan: Scan) -> list[str]:
@@ -63,12 +65,7 @@ def _words(scan: Scan) -> list[str]:
         f"{_view_deg(scan):.1f} degrees. The reprojection error of the features is "
         f"{solution.rms_px:.2f} px (root mean square)."
     ]
-    if scan.scale is None:
-        sentences.append(
-            "The scale is unknown: lengths are not in metres, but in units of the median "
-            "distance from the camera to the points."
-        )
-    else:
+    if scan.scale is not None:
         sentences.append(
             f"The scale was found {scan.scale.words}, with a standard deviation of "
             f"{100 * scan.scale.deviation:.2g} %; the median distance from the camera to the "

@@ -87,7 +87,7 @@ def _dots(axes: "Axes", sides: Sides, camera: int, name: str) -> None:
         facecolor="white",
         edgecolor=DISTINCT[(camera + 1) % len(DISTINCT)],
         linewidth=0.7,
-        label=f"from camera {name}",
+        label="from the camera" if name == "camera" else f"from camera {name}",
         zorder=3,
     )
 

@@ -23,12 +23,6 @@ _MOST_NOTICES = 6
 _LANE_IN = 0.3
 
 
-def state_of(one: Tracked) -> str:
-    """Return the state of an estimate, one of `STATES`."""
-    status = one.estimate.status
-    return "located" if status == "searching" and one.estimate.located else status
-
-
 def draw_timeline(tracked: Sequence[Tracked]) -> bytes:
     """Draw the result of each observation; return the PNG file's bytes."""
     notices = notice_times(tracked)
@@ -57,7 +51,7 @@ def notice_times(tracked: Sequence[Tracked]) -> dict[str, list[float]]:
 
 def _draw_status(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None:
     """Draw a lane for each state, so that the plot does not depend on colours."""
-    states = [state_of(one) for one in tracked]
+    states = [one.state for one in tracked]
     ends = np.append(times[1:], times[-1] + _usual_step(times))
     for lane, state in enumerate(STATES):
         spans = [(times[first], ends[last] - times[first]) for first, last in _runs(states, state)]
@@ -78,7 +72,8 @@ def _draw_confidence(axes: "Axes", tracked: Sequence[Tracked], times: Floats) ->
     confidence = [one.estimate.confidence for one in tracked]
     axes.plot(times, confidence, color=DISTINCT[0], linewidth=1.3)
     axes.set_ylim(0.0, 1.05)
-    _title(axes, "confidence: the probability that the pose is right")
+    right = "within 20 mm or a tenth of the diameter, and 15 degrees"
+    _title(axes, f"confidence: the probability that the pose is right, {right}")
 
 
 def _draw_notices(axes: "Axes", notices: dict[str, list[float]]) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from servoid.track import History, Tracked, TrackResult
 from servoid.view.track.growth_picture import NAMED_SIDES, solids_of
 from servoid.view.track.sides import Sides, sides_of
-from servoid.view.track.timeline_plot import notice_times, state_of
+from servoid.view.track.timeline_plot import notice_times
 from servoid.view.track.turning import Cause, Turning, turning_of
 from servoid.words import counted, finite, four_digits, joined
 
@@ -54,6 +54,10 @@ class TrackFigures:
         result, turning = self.result, self.turning
         return {
             "object": result.name,
+            "verdict": result.verdict,
+            "reasons": result.reasons,
+            "doubts": list(self._doubts()),
+            "notes": [note for note in result.notes if note not in result.doubts],
             "observations": len(result),
             "tracked": result.tracked_count,
             "tracked_share": result.tracked_share,
@@ -130,12 +134,19 @@ class TrackFigures:
                 f"median and {p95} at the 95th percentile, without reading the images."
             )
 
+    def _doubts(self) -> Iterator[str]:
+        result = self.result
+        yield from result.doubts
+        for doubt in (result.calibration_doubt, result.rig_doubt):
+            if doubt is not None:
+                yield doubt
+
     def _step(self, place: int, one: Tracked) -> dict[str, Any]:
         turning = self.turning
         return {
             "observation": one.index,
             "time_s": one.estimate.time_s,
-            "state": state_of(one),
+            "state": one.state,
             "confidence": one.estimate.confidence,
             "turned_rad": float(turning.turned[place]),
             "away_rad": float(turning.away[place]),
@@ -193,6 +204,11 @@ class TrackFigures:
         if not len(drift):
             return f"{corrected}."
         largest, last = np.degrees([drift.max(), drift[-1]])
+        if largest < _LEAST_DEG:
+            return (
+                f"{corrected}. Its estimated drift stayed {_degrees(largest)} (one standard "
+                "deviation)."
+            )
         return (
             f"{corrected}. Its estimated drift was {_degrees(largest)} at most, and "
             f"{_degrees(last)} at the end (one standard deviation)."

@@ -49,7 +49,9 @@ _CAPTIONS = {
     "timeline.png": (
         "The result of each observation",
         "A lane for each status; searching, located means that the position is confirmed and the "
-        "rotation is not. Triangles mark the steps after which the body was another.",
+        "rotation is not. A pose counts as right if it is off by at most 20 mm, or a tenth of the "
+        "object's diameter if that is more, and 15 degrees; trust it only while the status is "
+        "tracking. Triangles mark the steps after which the body was another.",
     ),
 }
 _SHOWN = {

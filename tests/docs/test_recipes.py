@@ -21,6 +21,7 @@ ROOT = Path(__file__).parents[2]
 SHIPPED = (ROOT / "python" / "servoid" / "sim" / "arms" / "pa10.toml").read_text(encoding="utf-8")
 ARCHITECTURE = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 GROUND = {
+    "brief",
     "changing",
     "errors",
     "output",

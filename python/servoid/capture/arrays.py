@@ -246,4 +246,5 @@ def _check_size(
 
 
 def _other(name: str, needed: str, given: object) -> str:
-    return f"{name} must be {needed}, but it is a {type(given).__name__}; create one first"
+    how = "make one with Pose(matrix)" if needed == "a Pose" else "create one first"
+    return f"{name} must be {needed}, but it is a {type(given).__name__}; {how}"

@@ -65,6 +65,8 @@ def _write_moving(directory: Path, chosen: Mapping[str, Any]) -> None:
     typer.echo(f"  with the true poses in {directory / 'truth'}; track it with")
     distance = f" --distance {_first_distance_m(scenario):.2f}" if scenario.one_camera else ""
     typer.echo(f"  servoid track {directory}{distance} --out poses.csv --video track.mp4")
+    if scenario.one_camera:
+        typer.echo("One camera measures no depth, so only the first poses will be confirmed.")
 
 
 def _first_distance_m(scenario: Scenario) -> float:

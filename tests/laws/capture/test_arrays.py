@@ -146,7 +146,7 @@ def test_what_makes_no_capture_is_refused(seen: list[CaptureView]) -> None:
     for wrong in (seen[0].image(), [[seen[0].image()]], ["photos"]):
         with pytest.raises(CaptureError, match="an observation must be a PosedImage"):
             capture_of(wrong)  # type: ignore[arg-type]
-    with pytest.raises(ServoidError, match="must be a Pose, but it is a ndarray"):
+    with pytest.raises(ServoidError, match="a Pose, but it is a ndarray; make one with Pose"):
         PosedImage(camera=seen[0].camera, world_from_camera=np.eye(4), image=seen[0].image())  # type: ignore[arg-type]
 
 

@@ -34,7 +34,7 @@ from servoid.record import read_trajectory
 from servoid.shape import save_body
 from servoid.sim import WHOLE_TURN, MovingScene, Scenario, write_moving_sample
 from servoid.source import Instant
-from servoid.track import Historian, LearnedSurface, Tracked, TrackResult, TrackStep
+from servoid.track import Historian, LearnedSurface, TrackResult, TrackStep
 from servoid.track.history import MOST_CHANGES
 from servoid.view.track.growth_picture import surface_colors
 from servoid.view.track.timeline_plot import notice_times
@@ -309,13 +309,6 @@ def test_an_ellipsoid_has_the_colour_of_the_points_that_lie_on_it() -> None:
     assert found.tolist() == [[150, 0, 0], [0, 0, 250]]
     bare = surface_colors(body, LearnedSurface(points[:0], colors[:0]))
     assert len({tuple(one) for one in bare.tolist()}) == 2
-
-
-def test_a_state_tells_a_place_that_is_confirmed_from_one_that_is_not() -> None:
-    [one] = track_of([OWN], lambda _: {"status": "searching"})
-    assert one.state == one.words == "searching"
-    known = Tracked(0, SimpleNamespace(status="searching", located=True), 0.0)  # type: ignore[arg-type]
-    assert (known.state, known.words) == ("located", "searching, located")
 
 
 def test_notices_that_differ_by_numbers_are_one_kind() -> None:

@@ -3,13 +3,14 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from fake_tracker import plain_body
 from track_histories import history_of, track_of
 
 from servoid.pose import Pose
-from servoid.track import TrackResult
+from servoid.track import Tracked, TrackResult
 from servoid.view import write_track_report
 from servoid.view.track.track_figures import TrackFigures
 
@@ -127,3 +128,10 @@ def test_a_drift_is_never_told_as_zero_degrees(drift_rad: float, words: str) -> 
         assert f"drift stayed {words} (one standard deviation)" in text
     else:
         assert f"drift was {words} at most, and {words} at the end" in text
+
+
+def test_a_state_tells_a_place_that_is_confirmed_from_one_that_is_not() -> None:
+    [one] = track_of([OWN], lambda _: {"status": "searching"})
+    assert one.state == one.words == "searching"
+    known = Tracked(0, SimpleNamespace(status="searching", located=True), 0.0)  # type: ignore[arg-type]
+    assert (known.state, known.words) == ("located", "searching, located")

@@ -130,7 +130,7 @@ def _fitness_words(result: ModelResult) -> str:
     """Say in a sentence what F is, which depends on what the body was modelled from."""
     if isinstance(result.settings, PaperSettings):
         return (
-            "F is that of the paper, its Eq. (7): surface points on the object count +1, and "
+            "F is that of the paper: surface points on the object count +1, and "
             "points of an envelope around the body -1."
         )
     outlines, lines = "of mask and silhouette over the used views", "along the range samples"

@@ -60,7 +60,8 @@ def origin(source: str) -> str:
 
 def verdict_list(sentences: Sequence[str]) -> str:
     """Return the verdict of a page, as emphasised paragraphs."""
-    return "\n".join(f'<p class="verdict">{html.escape(one)}</p>' for one in sentences)
+    shown = [_with_options(html.escape(one)) for one in sentences]
+    return "\n".join(f'<p class="verdict">{one}</p>' for one in shown)
 
 
 def notes_list(notes: Sequence[str]) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from servoid._native import Camera
 from servoid.camera.image_size import JPEG, PNG, read_image_size, size_in_header
 from servoid.camera.jpeg_scan import is_scan_damaged
+from servoid.camera.label_image import labels_in
 from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import ImageError, MaskError
 
@@ -20,6 +21,7 @@ _PNG_AROUND = 12  # the length, type and checksum of a chunk
 _JPEG_START_OF_SCAN = 0xDA
 _WITH_ALPHA = 4  # channels
 _MOST_REDUCED = 8
+_MOST_SHOWN = 6  # values of a mask
 _JPEG_END = b"\xff\xd9"
 
 
@@ -78,19 +80,35 @@ def read_mask(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.u
     It is shrunk `by` a factor, as `shrink_mask` does.
 
     A pixel belongs to the object if any of its colour channels, of any bit depth, is not zero; the
-    alpha channel is ignored.
+    alpha channel is ignored. An image of labels, one value for each object, is refused.
 
     Raises:
-        MaskError: the file is missing, cut short, of another size, or not an image.
+        MaskError: the file is missing, cut short, of another size, not an image, or of labels.
 
     """
     import cv2
 
     pixels = decode(path, cv2.IMREAD_UNCHANGED, size_px, MaskError)
+    _check_one_object(path, pixels if pixels.ndim == 2 else pixels[..., :3])
     object_px = pixels != 0 if pixels.ndim == 2 else (pixels[..., :3] != 0).any(axis=2)
     if pixels.ndim == 3 and pixels.shape[2] == _WITH_ALPHA and not object_px.any():
         _check_alpha(path, pixels[..., 3])
     return shrink_mask(object_px.astype(np.uint8) * np.uint8(255), by)
+
+
+def _check_one_object(path: Path, pixels: NDArray[np.generic]) -> None:
+    """Check that a mask does not give each of several objects a value of its own."""
+    labels = labels_in(pixels)
+    if labels:
+        words = [f"{one[0]}" if len(one) == 1 else f"{one}" for one in labels]
+        shown = words if len(words) <= _MOST_SHOWN else [*words[: _MOST_SHOWN - 1], words[-1]]
+        between = " and " if shown == words else " ... "
+        what = "values" if all(len(one) == 1 for one in labels) else "colours"
+        raise MaskError(
+            f"the mask {path} has areas with the {what} {', '.join(shown[:-1])}{between}"
+            f"{shown[-1]}: which one is the object? Write a mask with that {what[:-1]} alone, zero "
+            "elsewhere"
+        )
 
 
 def _check_alpha(path: Path, alpha: NDArray[np.generic]) -> None:

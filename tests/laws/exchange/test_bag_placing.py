@@ -22,6 +22,7 @@ from scenes_bags import (
 from servoid.errors import CaptureError
 from servoid.exchange import open_bag
 from servoid.pose import Pose
+from servoid.words import measured
 
 
 def test_the_world_is_the_top_of_the_tree_or_any_frame_that_is_named(tmp_path: Path) -> None:
@@ -122,6 +123,21 @@ def test_without_transforms_a_stereo_pair_is_placed_by_its_calibration(tmp_path:
     assert [camera.lens.focal_px for camera in rectified.cameras] == [(60.0, 60.0)] * 2
     between = rectified.cameras[0].rig_from_camera.inverse() @ rectified.cameras[1].rig_from_camera
     assert np.abs(between.log() - [BASELINE_M, 0, 0, 0, 0, 0]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("share", "noted"), [(0.6, True), (1.02, False), (1.0, False)])
+def test_a_baseline_that_differs_between_tf_and_the_calibrations_is_noted_with_both(
+    tmp_path: Path, share: float, noted: bool
+) -> None:
+    entries = [one for one in stereo_entries() if not one.topic.endswith("camera_info")]
+    for side, name in enumerate(("left", "right")):
+        p = (50, 0, 20, -50 * BASELINE_M * share * side, 0, 50, 15, 0, 0, 0, 1, 0)
+        entries.append(info(f"/stereo/{name}/camera_info", stamp(0), FRAMES[side], SIZE_PX, K, p=p))
+    capture = open_bag(write_bag(tmp_path / "run.mcap", entries))
+    between = capture.cameras[0].rig_from_camera.inverse() @ capture.cameras[1].rig_from_camera
+    found = float(np.linalg.norm(between.translation))
+    wanted = f"{measured(1e3 * found)} mm apart by TF, but {measured(1e3 * BASELINE_M * share)} mm"
+    assert any(wanted in note and "TF is used" in note for note in capture.notes) == noted
 
 
 def test_two_cameras_of_which_nothing_says_how_they_are_placed_are_refused(tmp_path: Path) -> None:

@@ -14,6 +14,8 @@ from servoid.words import counted, measured
 
 _LOOSE_M, _LOOSE_RAD = 2e-4, 1e-3  # apparent motion of cameras on a rig: TF has measurement errors
 _LEAST_BASELINE_M = 1e-6
+_APART = 0.05  # relative difference of two baselines that are not of the same calibration
+_APART_M = 1e-3
 _MM_PER_M = 1e3
 
 
@@ -70,13 +72,14 @@ def place_cameras(
     seated = tuple(
         _on_rig(place, seats, index, transforms, rig, stamps_ns) for index in range(len(seats))
     )
+    disputes = _disputed_baselines(seats, transforms, seated)
     if rests:
-        return Placing(seated, resting, ())
+        return Placing(seated, resting, disputes)
     poses = tuple(
         transforms.pose(top, rig, stamp) if rig != top else Pose.identity() for stamp in stamps_ns
     )
     notes = [] if world is not None else [f"poses are in the frame '{top}', the top of TF's tree"]
-    return Placing(seated, poses, (*notes, *transforms.notes()))
+    return Placing(seated, poses, (*notes, *disputes, *transforms.notes()))
 
 
 def _on_rig(
@@ -116,6 +119,35 @@ def _on_rig(
     pose = poses[0]
     turn = seat.calibration.frame_from_camera
     return pose if turn == Pose.identity() else pose @ turn
+
+
+def _disputed_baselines(
+    seats: Sequence[Seat], transforms: Transforms, rig_from_camera: Sequence[Pose]
+) -> tuple[str, ...]:
+    """Report cameras whose distance from the first differs between TF and P of their calibrations.
+
+    Only those are compared whose poses are from TF and whose calibrations have an offset.
+    """
+    first, notes = seats[0], []
+    for seat, pose in zip(seats[1:], rig_from_camera[1:], strict=True):
+        is_supplied = seat.calibration.rig_from_camera is not None
+        frame = seat.image.frame
+        if is_supplied or frame == first.image.frame or not transforms.knows(frame):
+            continue
+        by_tf = float(np.linalg.norm((rig_from_camera[0].inverse() @ pose).translation))
+        by_shift = float(
+            np.hypot(*np.subtract(seat.calibration.shift_m, first.calibration.shift_m))
+        )
+        off = abs(by_tf - by_shift)
+        if by_shift < _LEAST_BASELINE_M or off <= max(_APART * max(by_tf, by_shift), _APART_M):
+            continue
+        notes.append(
+            f"the cameras of {first.image.topic} and {seat.image.topic} are "
+            f"{measured(_MM_PER_M * by_tf)} mm apart by TF, but {measured(_MM_PER_M * by_shift)} "
+            "mm by P of their calibrations; TF is used, so check which one is right: all "
+            "distances depend on it"
+        )
+    return tuple(notes)
 
 
 def _by_shifts(place: str, seats: Sequence[Seat]) -> tuple[Pose, ...]:

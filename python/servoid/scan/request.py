@@ -9,7 +9,7 @@ from servoid.brief import brief
 from servoid.scan.footage import image_name
 from servoid.scan.metres.board import Board
 from servoid.scan.metres.pair import Partner
-from servoid.scan.metres.scale import Baseline, Length
+from servoid.scan.metres.scale import Baseline, Length, check_lengths
 from servoid.segment import Target
 
 Progress = Callable[[float, str], None]
@@ -48,6 +48,15 @@ class Request:
     progress: Progress | None = None
 
     __repr__ = brief
+
+    def __post_init__(self) -> None:
+        """Check the lengths, which the images are not needed for.
+
+        Raises:
+            ScanError: a length is marked in one image only.
+
+        """
+        check_lengths(self.lengths)
 
     def keys(self) -> tuple[str, ...]:
         """Return the names of images that must be key images."""

@@ -30,6 +30,25 @@ def test_a_wrong_scale_is_a_wrong_option(tmp_path: Path, servoid_command: Comman
     assert done.code == 2 and "is not a length" in done.err
 
 
+@pytest.mark.parametrize(
+    "marks",
+    [
+        ["0012:310,205,480,212=0.12"],
+        ["0012:310,205,480,212=0.12", "0031:150,190,330,240=0.13"],
+        ["0012:310,205,480,212=0.12", "0012:311,205,480,212=0.12"],
+    ],
+)
+def test_a_length_that_is_marked_in_one_image_only_is_refused_before_any_image_is_read(
+    tmp_path: Path, servoid_command: Command, marks: list[str]
+) -> None:
+    options = [word for mark in marks for word in ("--length", mark)]
+    done = servoid_command("scan", tmp_path, "--out", tmp_path / "out", *options)
+    assert done.code == 2
+    assert "the length of 0.12 m is marked only in 0012" in done.err
+    assert "in two images from different positions, with --length twice and the same m" in done.err
+    assert ("0.13 m would be another length" in done.err) == ("0.13" in marks[-1])
+
+
 @pytest.mark.extended
 def test_a_film_and_a_click_give_a_body(
     tmp_path: Path, servoid_command: Command, monkeypatch: pytest.MonkeyPatch

@@ -99,6 +99,26 @@ def _check_plausible(name: str, length_m: float) -> None:
         raise ScanError(absurd)
 
 
+def check_lengths(lengths: Sequence[Length]) -> None:
+    """Check that each length is marked in two images or more, before any image is read.
+
+    Raises:
+        ScanError: one is marked in one image only.
+
+    """
+    for metres in dict.fromkeys(one.metres for one in lengths):
+        names = {image_name(one.name): one.name for one in lengths if one.metres == metres}
+        if len(names) > 1:
+            continue
+        name = next(iter(names.values()))
+        others = [digits(one.metres) for one in lengths if one.metres != metres]
+        unequal = f"; {' and '.join(others)} m would be another length" if others else ""
+        raise ScanError(
+            f"the length of {digits(metres)} m is marked only in {name}{unequal}; mark both "
+            "ends in two images from different positions, with --length twice and the same metres"
+        )
+
+
 def scale_of_lengths(solution: Solution, lengths: Sequence[Length]) -> Scale | None:
     """Return the scale by lengths whose ends are marked in two images or more; None without any.
 
@@ -110,14 +130,10 @@ def scale_of_lengths(solution: Solution, lengths: Sequence[Length]) -> Scale | N
             are not of the same points.
 
     """
+    check_lengths(lengths)
     found = []
     for metres in dict.fromkeys(one.metres for one in lengths):
         marks = [one for one in lengths if one.metres == metres]
-        if len(marks) < 2:
-            raise ScanError(
-                f"the length of {digits(metres)} m is marked only in {marks[0].name}; mark both "
-                "ends in two images from different positions, with --length twice"
-            )
         found.append(_of_length(solution, marks))
     if not found:
         return None

@@ -12,7 +12,9 @@ from conftest import Command, everything_in
 from servoid.errors import ExportError, MissingExtraError, OutputError, ServoidError
 from servoid.exchange.export import FORMATS, export_body, format_of, mjcf, sdf, splat, surface
 from servoid.exchange.export.exporting import WATER_KG_M3
+from servoid.exchange.export.solid import solid_of
 from servoid.output import write_together
+from servoid.pose import Pose
 from servoid.shape import BodyFile, EllipsoidEntry, write_body_file
 
 FILE = random_body(4, 3)
@@ -74,10 +76,12 @@ def test_the_help_names_every_format_and_the_defaults(servoid_command: Command) 
         (["--to", "splat", "--out", "b.xml"], "such a file ends in .ply"),
         (["--out", "no/b.xml"], "there is no folder"),
         (["--out", "in.xml"], "it is a folder"),
-        (["--out", "b.xml", "--density", "0"], "the density is 0 kg/m³; give a positive"),
-        (["--out", "b.xml", "--density", "nan"], "the density is nan kg/m³; give a positive"),
-        (["--out", "b.xml", "--density", "inf"], "the density is inf kg/m³; give a positive"),
-        (["--out", "b.xml", "--density", "1e300"], "is 1e+300 kg/m³; give a positive number, at"),
+        (["--out", "b.xml", "--density", "0"], "the density is 0 kg/m³; give a number from 5"),
+        (["--out", "b.xml", "--density", "nan"], "the density is nan kg/m³; give a number from 5"),
+        (["--out", "b.xml", "--density", "inf"], "the density is inf kg/m³; give a number from 5"),
+        (["--out", "b.xml", "--density", "1e300"], "is 1e+300 kg/m³; give a number from 5 to"),
+        (["--out", "b.xml", "--density", "1e-9"], "give a number from 5 to 25000 in kg/m³\n"),
+        (["--out", "b.xml", "--density", "0.9"], "; if g/cm³ was meant, write 900\n"),
         (["--out", "b.obj", "--detail", "7"], "the detail is 7; choose a whole number from 0 to 6"),
         (["--out", "b.xml", "--frame", "hand"], "there is no frame 'hand'; choose one of object,"),
         (["--out", "b.xml", "--name", "../up"], "a body cannot be named '../up'"),
@@ -121,10 +125,9 @@ def sized(radius: float) -> BodyFile:
     )
 
 
-def test_a_body_whose_mass_no_number_holds_is_refused(tmp_path: Path) -> None:
+def test_a_body_whose_mass_no_number_holds_is_refused() -> None:
     with pytest.raises(ExportError, match="are its lengths in metres"):
-        export_body(sized(1e-49), tmp_path / "b.xml", "mjcf", density_kg_m3=1e-100)
-    assert list(tmp_path.iterdir()) == []
+        solid_of(sized(1e-49), "b", 1e-100, Pose.identity())
 
 
 @pytest.mark.parametrize(("radius", "fits"), [(1e-6, False), (3.5e-4, False), (3.7e-4, True)])

@@ -17,7 +17,9 @@ from servoid.words import digits
 Frame = Literal["object", "world"]
 
 WATER_KG_M3 = 1000.0
-MOST_DENSITY = 1e6  # in kg/m³; the densest metal has about 22,600
+LEAST_DENSITY = 5.0  # in kg/m³; light foam has about 10
+MOST_DENSITY = 25_000.0  # in kg/m³; the densest metal has about 22,600
+_KG_M3_PER_G_CM3 = 1000.0
 _RESERVED = ("world",)  # what MuJoCo and SDFormat call their root
 
 
@@ -135,10 +137,13 @@ def _check_format(path: Path, format: str) -> None:  # noqa: A002
 
 
 def _check_numbers(density_kg_m3: float, detail: int) -> None:
-    if not 0.0 < density_kg_m3 <= MOST_DENSITY:
+    if not LEAST_DENSITY <= density_kg_m3 <= MOST_DENSITY:
+        in_kg_m3 = _KG_M3_PER_G_CM3 * density_kg_m3
+        meant = f"; if g/cm³ was meant, write {digits(in_kg_m3)}"
         raise ExportError(
-            f"the density is {digits(density_kg_m3)} kg/m³; give a positive number, at most "
-            f"{digits(MOST_DENSITY)}"
+            f"the density is {digits(density_kg_m3)} kg/m³; give a number from "
+            f"{digits(LEAST_DENSITY)} to {digits(MOST_DENSITY)} in kg/m³"
+            f"{meant if LEAST_DENSITY <= in_kg_m3 <= MOST_DENSITY else ''}"
         )
     if not 0 <= detail <= MOST_DETAIL:
         raise ExportError(f"the detail is {detail}; choose a whole number from 0 to {MOST_DETAIL}")

@@ -196,3 +196,31 @@ def test_a_missing_cloud_is_refused(tmp_path: Path) -> None:
     for read in (read_cloud, is_cloud):
         with pytest.raises(MeshError, match="no such file"):
             read(tmp_path / "a.ply")
+
+
+def test_points_at_the_viewpoint_are_no_measurements_and_are_dropped_with_a_note(
+    tmp_path: Path,
+) -> None:
+    rows = table()
+    rows[3:13] = np.zeros(1, rows.dtype)
+    path = write(tmp_path / "a.ply", rows)
+    cloud = read_cloud(path, (0.0, 0.0, 0.0))
+    assert len(cloud.points) == 40
+    assert cloud.points.any(axis=1).all()
+    assert cloud.notes == (
+        "10 of 50 points were at the viewpoint (0, 0, 0), as invalid measurements are, and dropped",
+    )
+    assert len(read_cloud(path, (0.0, 0.0, 1.0)).points) == 50
+    rows[:26] = np.zeros(1, rows.dtype)
+    with pytest.raises(MeshError, match=r"26 of 50 points were at the viewpoint \(0, 0, 0\)"):
+        read_cloud(write(path, rows), (0.0, 0.0, 0.0))
+
+
+def test_normals_without_a_length_are_refused_unless_there_is_a_viewpoint(tmp_path: Path) -> None:
+    rows = table()
+    for name in ("nx", "ny", "nz"):
+        rows[name] = 0.0
+    path = write(tmp_path / "a.ply", rows)
+    with pytest.raises(MeshError, match=r"normals of all 50 points have no length.*--viewpoint"):
+        read_cloud(path)
+    assert len(read_cloud(path, (0.0, 0.0, 9.0)).points) == 50

@@ -198,7 +198,7 @@ def _fit_shape(
     with of_options():
         order.known.refuse(order.source)
     if is_cloud(path):
-        cloud = read_cloud(path)
+        cloud = read_cloud(path, order.viewpoint)
         samples = range_samples_of_cloud(cloud.points, cloud.normals, order.viewpoint)
         return fit_range_samples(samples, request, notes=(*cloud.notes, _own_frame("cloud")))
     if order.viewpoint is not None:

@@ -1,5 +1,6 @@
 """Reads point clouds from PLY files."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from servoid.config import SHAPE_FILE, read_bytes, size_note
 from servoid.errors import MeshError
 from servoid.exchange.shapes.ply_header import PlyElement, PlyHeader, read_ply_header
-from servoid.words import counted, were
+from servoid.words import counted, digits, were
 
 _XYZ = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
@@ -50,14 +51,16 @@ def is_cloud(path: Path) -> bool:
     return header.element("vertex") is not None and not any(one and one.count for one in faces)
 
 
-def read_cloud(path: Path) -> CloudFile:
+def read_cloud(path: Path, viewpoint: Sequence[float] | None = None) -> CloudFile:
     """Read a point cloud from a PLY file, in text or in either byte order.
 
-    Points that are not finite are dropped, which a note reports; faces are ignored.
+    Points that are not finite are dropped, and so are those at the `viewpoint`, (3,) metres, which
+    depth cameras write where they measured nothing; notes report it. Faces are ignored.
 
     Raises:
         MeshError: the file is missing or damaged, its header promises more than it contains, it has
-            no points, or more than half of them are not finite.
+            no points, more than half of them are not finite or at the viewpoint, or its normals
+            have no length and there is no viewpoint.
 
     """
     data = read_bytes(path, MeshError, SHAPE_FILE)
@@ -69,7 +72,7 @@ def read_cloud(path: Path) -> CloudFile:
             f"{path}: the points have no {', '.join(missing)}; they have {', '.join(rows)}"
         )
     points = _columns(rows, _XYZ)
-    finite = np.isfinite(points).all(axis=1)
+    finite = np.asarray(np.isfinite(points).all(axis=1))
     if 2 * int(finite.sum()) < len(points) or not finite.any():
         raise MeshError(
             f"{path}: {len(points) - int(finite.sum())} of {len(points)} points are not finite; "
@@ -79,17 +82,53 @@ def read_cloud(path: Path) -> CloudFile:
     if not finite.all():
         bad = int((~finite).sum())
         notes.append(f"{bad} of {len(points)} points {were(bad)} not finite and dropped")
+    kept = finite
+    if viewpoint is not None:
+        kept = _measured_from(path, points, finite, viewpoint)
+        lost = int(finite.sum() - kept.sum())
+        notes += [] if lost == 0 else [_lost_note(lost, len(points), viewpoint)]
     if header.element("face") is not None:
         notes.append("the faces were ignored")
-    size = size_note("the cloud", np.ptp(points[finite], axis=0))
+    size = size_note("the cloud", np.ptp(points[kept], axis=0))
     notes += [] if size is None else [size]
     normals = _read_normals(rows)
+    if normals is not None and viewpoint is None and not normals[kept].any():
+        raise MeshError(
+            f"{path}: the normals of all {counted(int(kept.sum()), 'point')} have no length, so "
+            "the outside of the surface is unknown; give the position from which the cloud was "
+            "seen with --viewpoint X,Y,Z, or save it with normals"
+        )
     colors = _read_colors(rows)
     return CloudFile(
-        points=points[finite],
-        normals=None if normals is None else normals[finite],
-        colors=None if colors is None else colors[finite],
+        points=points[kept],
+        normals=None if normals is None else normals[kept],
+        colors=None if colors is None else colors[kept],
         notes=tuple(notes),
+    )
+
+
+def _measured_from(
+    path: Path,
+    points: NDArray[np.float64],
+    finite: NDArray[np.bool_],
+    viewpoint: Sequence[float],
+) -> NDArray[np.bool_]:
+    """Return which of the finite points are not at the viewpoint, at least half of all."""
+    kept = finite & (points != np.asarray(viewpoint, np.float64)).any(axis=1)
+    if 2 * int(kept.sum()) < len(points):
+        lost = int(finite.sum() - kept.sum())
+        raise MeshError(
+            f"{path}: {_lost_note(lost, len(points), viewpoint)}; at least half of all points must "
+            "be measurements, so export the cloud without invalid points"
+        )
+    return kept
+
+
+def _lost_note(lost: int, count: int, viewpoint: Sequence[float]) -> str:
+    place = ", ".join(digits(one) for one in viewpoint)
+    return (
+        f"{lost} of {count} points {were(lost)} at the viewpoint ({place}), as invalid "
+        "measurements are, and dropped"
     )
 
 

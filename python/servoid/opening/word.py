@@ -25,6 +25,10 @@ BAG_FOLDER = "metadata.yaml"
 IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".ppm", ".pgm")
 _WILD = re.compile(r"[*?\[]")
 _DEVICE_KEY = re.compile(r"^\s*device\s*=", re.MULTILINE)
+_CAMERA_TABLE = re.compile(r"^\s*\[\[\s*camera\s*\]\]", re.MULTILINE)
+# Of a capture.toml alone, also where it is mistyped.
+_CAPTURE_KEY = re.compile(r"^\s*(?:(?:image|mask|depth)\w*|rate_hz|poses)\s*=", re.MULTILINE)
+_CAPTURE_FILE = "capture.toml"
 
 
 class Kind(Enum):
@@ -191,11 +195,18 @@ def _images(paths: Iterable[Path]) -> tuple[Path, ...]:
 
 
 def _names_devices(path: Path) -> bool:
-    """Return whether a TOML file names live devices; errors in it are left to its reader."""
+    """Return whether a TOML file names live devices; errors in it are left to its reader.
+
+    Cameras without images have a device whose key is missing or mistyped.
+    """
     try:
-        return _DEVICE_KEY.search(read_text(path, CaptureError, SETTINGS_FILE)) is not None
+        text = read_text(path, CaptureError, SETTINGS_FILE)
     except CaptureError:
         return False
+    if _DEVICE_KEY.search(text) is not None:
+        return True
+    is_capture_file = path.name == _CAPTURE_FILE or _CAPTURE_KEY.search(text) is not None
+    return not is_capture_file and _CAMERA_TABLE.search(text) is not None
 
 
 def _ends(name: str, suffixes: Iterable[str]) -> bool:

@@ -9,10 +9,17 @@ import pytest
 
 from servoid.camera import Lens
 from servoid.errors import CaptureError
-from servoid.opening import GivenCalibration, Kind, open_filmed, open_recorded, parse_source
+from servoid.opening import (
+    GivenCalibration,
+    Kind,
+    belongs_to_source,
+    open_filmed,
+    open_recorded,
+    parse_source,
+)
 from servoid.pose import Pose
 from servoid.record import FolderRecorder
-from servoid.source import MountedCamera, RawImage, RawInstant
+from servoid.source import MountedCamera, RawImage, RawInstant, read_rig
 
 SIZE_PX = (64, 48)
 
@@ -259,3 +266,35 @@ def test_a_recording_that_is_not_calibrated_takes_what_is_told(tmp_path: Path) -
 def test_what_is_live_is_no_capture() -> None:
     with pytest.raises(CaptureError, match="servoid record rtsp://a/b --out run"):
         open_recorded(parse_source("rtsp://a/b"))
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("devices = 0", "line 4, .*unknown key 'devices'; .*did you mean 'device'"),
+        ("source = 'left'", "line 4, .*unknown key 'source'; known keys: .*device"),
+        ("", "the key 'device' is missing"),
+    ],
+)
+def test_a_rig_file_whose_device_is_mistyped_is_told_by_the_key_and_owns_no_other_file(
+    tmp_path: Path, line: str, words: str
+) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(
+        f"version = 1\n[[camera]]\nname = 'left'\n{line}\nsize_px = [640, 480]\n"
+        "focal_px = [579.4, 579.4]\ncenter_px = [319.5, 239.5]\n"
+    )
+    word = parse_source(str(path))
+    assert word.kind is Kind.RIG
+    assert not belongs_to_source(tmp_path / "poses.csv", word)
+    with pytest.raises(CaptureError, match=words):
+        read_rig(path)
+
+
+@pytest.mark.parametrize("key", ["images = 'left'", "image = 'left'", "masks = 'masks'"])
+def test_a_file_of_cameras_with_images_is_a_capture_under_any_name(
+    tmp_path: Path, key: str
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(f"version = 1\n[[camera]]\nname = 'left'\n{key}\n")
+    assert parse_source(str(path)).kind is Kind.CAPTURE

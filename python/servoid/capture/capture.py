@@ -48,7 +48,8 @@ class CaptureCamera:
 
     An entry of `pictures`, of the masks or of the depth images is None where the camera delivered
     none. `depth_scale_m` is one unit of the depth images in metres. `masks`, (H, W) uint8, and
-    `depths_m`, (H, W) float32 in metres, are in memory and replace the files.
+    `depths_m`, (H, W) float32 in metres, are in memory and replace the files. `absences` give the
+    reason where a picture is None, if one is known.
     """
 
     name: str
@@ -60,6 +61,7 @@ class CaptureCamera:
     depth_scale_m: float | None = None
     masks: tuple[NDArray[np.uint8] | None, ...] = ()
     depths_m: tuple[NDArray[np.float32] | None, ...] = ()
+    absences: tuple[str | None, ...] = ()
 
     def __repr__(self) -> str:
         width, height = self.lens.size_px

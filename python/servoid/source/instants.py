@@ -35,7 +35,7 @@ def read_instants(capture: Capture, observations: Sequence[Observation]) -> Iter
     """
     for observation in observations:
         seen = [
-            _read(camera, picture)
+            _read(camera, picture, observation.index)
             for camera, picture in zip(capture.cameras, observation.pictures, strict=True)
         ]
         measured = [_measured(camera, observation.index) for camera in capture.cameras]
@@ -111,10 +111,12 @@ def ideal_image(
 
 
 def _read(
-    camera: CaptureCamera, picture: Picture | None
+    camera: CaptureCamera, picture: Picture | None, index: int
 ) -> tuple[NDArray[np.uint8] | None, str | None]:
     if picture is None:
-        return None, f"{camera_called(camera.name)}: there is no image"
+        why = camera.absences[index] if camera.absences else None
+        reason = "" if why is None else f": {why}"
+        return None, f"{camera_called(camera.name)}: there is no image{reason}"
     try:
         pixels = picture.read(camera.lens.size_px)
     except ImageError as error:

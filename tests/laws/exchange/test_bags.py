@@ -34,6 +34,8 @@ from tiers import tiered
 from servoid.capture import Capture
 from servoid.errors import CaptureError, ImageError, ServoidError
 from servoid.exchange import is_bag, is_capture, open_any, open_bag
+from servoid.source import read_instants
+from servoid.words import measured
 
 NAMES = ("run.mcap", "run", "run.bag")
 
@@ -115,6 +117,24 @@ def test_images_are_paired_by_their_stamps_and_lone_ones_are_told(tmp_path: Path
     notes = "; ".join(capture.notes)
     assert "4 of 30 observations lack an image of right: none was taken at that time" in notes
     assert "images of left and right were taken 4 ms apart, at most 4 ms" in notes
+
+
+@pytest.mark.parametrize("late_ms", [STEP_NS / 1e6, 5000.0])
+def test_an_image_that_is_too_late_to_be_paired_is_told_by_how_much(
+    tmp_path: Path, late_ms: float
+) -> None:
+    late_ns = round(1e6 * late_ms)
+    entries = [
+        replace(one, stamp_ns=one.stamp_ns + late_ns) if "/right/image" in one.topic else one
+        for one in stereo_entries(6)
+    ]
+    capture = open_bag(write_bag(tmp_path / "run.mcap", sorted(entries, key=lambda e: e.stamp_ns)))
+    [first] = read_instants(capture, capture.observations()[:1])
+    [notice] = first.notices
+    assert notice.startswith(
+        f"camera right: there is no image: the nearest was taken {measured(late_ms)} ms after"
+    )
+    assert "at most 16.33 ms apart; if none was lost, synchronise the cameras" in notice
 
 
 def test_images_without_a_stamp_get_the_time_at_which_they_were_recorded(tmp_path: Path) -> None:

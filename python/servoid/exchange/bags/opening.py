@@ -16,7 +16,14 @@ from servoid.exchange.bags.geometry.calibration import (
     Info,
     calibration_of,
 )
-from servoid.exchange.bags.geometry.pairing import APART_S, Moment, pair, pairing_notes
+from servoid.exchange.bags.geometry.pairing import (
+    APART_S,
+    Moment,
+    absence,
+    allowed_ns,
+    pair,
+    pairing_notes,
+)
 from servoid.exchange.bags.geometry.placing import Seat, lost_note, place_cameras
 from servoid.exchange.bags.names import TIME_TOPIC, WORLD
 from servoid.exchange.bags.stored.choosing import ImageTopic, choose
@@ -75,7 +82,7 @@ def open_bag(
         for name, seat, depth in zip(names, seats, chosen.depths, strict=True)
     ]
     stamps = [[shot.stamp_ns for shot in track.shots] for track in tracks]
-    moments = pair(stamps, apart_s)
+    moments, most_ns = pair(stamps, apart_s), allowed_ns(stamps, apart_s)
     placing = place_cameras(
         str(bag.path),
         [track.seat for track in tracks],
@@ -99,7 +106,7 @@ def open_bag(
     return Capture(
         path=bag.path,
         cameras=tuple(
-            track.camera(bag.path, pose, kept, index)
+            track.camera(bag.path, pose, kept, index, most_ns)
             for index, (track, pose) in enumerate(zip(tracks, placing.rig_from_camera, strict=True))
         ),
         world_from_rig=tuple(pose for _, pose in known),
@@ -159,9 +166,18 @@ class _Track:
     depths: Sequence[Shot]
 
     def camera(
-        self, path: Path, rig_from_camera: Pose, moments: Sequence[Moment], index: int
+        self,
+        path: Path,
+        rig_from_camera: Pose,
+        moments: Sequence[Moment],
+        index: int,
+        most_ns: int,
     ) -> CaptureCamera:
-        """Return the camera with its images at some instants; it is the `index`-th of the rig."""
+        """Return the camera with its images at some instants; it is the `index`-th of the rig.
+
+        Images of one instant are at most `most_ns` apart.
+        """
+        stamps = [shot.stamp_ns for shot in self.shots]
         places = [moment.places[index] for moment in moments]
         shots = [None if place is None else self.shots[place] for place in places]
         pictures = (
@@ -176,6 +192,10 @@ class _Track:
             mask_paths=(None,) * len(moments),
             depth_paths=tuple(self._depth(path, shot) for shot in shots),
             depth_scale_m=1.0 if self.depths else None,
+            absences=tuple(
+                absence(moment.stamp_ns, stamps, most_ns) if shot is None else None
+                for moment, shot in zip(moments, shots, strict=True)
+            ),
         )
 
     def _depth(self, path: Path, shot: Shot | None) -> BagDepth | None:

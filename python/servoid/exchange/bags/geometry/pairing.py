@@ -1,5 +1,6 @@
 """Groups images of several cameras by the time at which they were taken."""
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -29,7 +30,7 @@ def pair(stamps_ns: Sequence[Sequence[int]], apart_s: float = APART_S) -> list[M
     Images belong together if they are at most `apart_s` apart, and at most half the usual period
     between images. The time is that of the first camera that has an image in the group.
     """
-    apart_ns = _apart_ns(stamps_ns, apart_s)
+    apart_ns = allowed_ns(stamps_ns, apart_s)
     heads = [0] * len(stamps_ns)
     moments = []
     while True:
@@ -83,7 +84,25 @@ def pairing_notes(
     return notes
 
 
-def _apart_ns(stamps_ns: Sequence[Sequence[int]], apart_s: float) -> int:
+def absence(stamp_ns: int, stamps_ns: Sequence[int], most_ns: int) -> str | None:
+    """Report how far a camera's nearest image is from an observation that lacks one of it.
+
+    `stamps_ns` increase; images of one observation are at most `most_ns` apart. None without any.
+    """
+    after = bisect_left(stamps_ns, stamp_ns)
+    near = stamps_ns[max(0, after - 1) : after + 1]
+    if not near:
+        return None
+    nearest = min(near, key=lambda one: abs(one - stamp_ns))
+    off, most = (_MS_PER_NS * one for one in (abs(nearest - stamp_ns), most_ns))
+    return (
+        f"the nearest was taken {measured(off)} ms {'before' if nearest < stamp_ns else 'after'} "
+        f"it by their time stamps, and images of one observation are at most {measured(most)} ms "
+        "apart; if none was lost, synchronise the cameras: let one clock stamp both"
+    )
+
+
+def allowed_ns(stamps_ns: Sequence[Sequence[int]], apart_s: float) -> int:
     """Return the maximum time between images of one observation."""
     usual = [float(np.median(np.diff(stamps))) for stamps in stamps_ns if len(stamps) > 1]
     most = round(apart_s * NS_PER_S)

@@ -253,13 +253,34 @@ def test_what_does_not_exist_is_refused_with_what_does(
         (CameraSettings, {"rate_hz": -1.0}, r"CameraSettings.rate_hz: expected a number above 0"),
         (
             CameraSettings,
+            {"rate_hz": 0.0333},
+            r"^cameras.rate_hz is 0.0333; .* from 0.5 to 1000; if .* seconds, write 30.03$",
+        ),
+        (CameraSettings, {"rate_hz": 3e4}, r"^cameras.rate_hz is 30000; .* from 0.5 to 1000$"),
+        (
+            CameraSettings,
+            {"latency_s": 40.0},
+            r"^cameras.latency_s is 40; give at most 2 seconds; if milliseconds .*, write 0.04$",
+        ),
+        (
+            ObjectSettings,
+            {"hand_from_object": (0.0, -0.09, 0.545, 1.0, 0.0, 0.0, 0.0)},
+            r"^object.hand_from_object is .* length 1 .*; write the rotation first: w, x, y, z, tx",
+        ),
+        (
+            ArmSettings,
+            {"world_from_hand": (0.1, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0)},
+            r"^arm.world_from_hand is .* length 1 .*; write the rotation first: w, x, y, z, tx",
+        ),
+        (
+            CameraSettings,
             {"samples": 1, "moments": 3},
             r"has 3 moments, but a pixel has only 1 ray;",
         ),
     ],
 )
 def test_settings_of_a_world_that_cannot_be_are_refused_when_they_are_made(
-    kind: type, values: dict[str, float], message: str
+    kind: type, values: dict[str, object], message: str
 ) -> None:
     with pytest.raises(SimError, match=message):
         kind(**values)

@@ -5,10 +5,11 @@ from typing import Annotated
 from msgspec import Meta
 
 from servoid.config import NEAR_M, OBJECT_MOST_M, REACH_M, Most
-from servoid.errors import SimError
+from servoid.errors import PoseError, SimError
+from servoid.pose import Pose
 from servoid.sim.world.events.faults import Fault, Occlude, SimSettings
 from servoid.sim.world.lab_settings import IDEAL, LabSettings
-from servoid.words import counted
+from servoid.words import counted, digits
 
 Triple = tuple[float, float, float]
 Seven = tuple[float, float, float, float, float, float, float]
@@ -16,6 +17,23 @@ BEFORE_HAND: Triple = (0.0, -0.09, 0.545)  # initial and desired pose of the obj
 Positive = Annotated[float, Meta(gt=0.0)]
 NotNegative = Annotated[float, Meta(ge=0.0)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+
+_LEAST_HZ, _MOST_HZ = 0.5, 1000.0  # images per second: less often, an arm cannot be servoed
+_MOST_LATENCY_S = 2.0
+_MS_PER_S = 1e3
+
+
+def _check_pose(name: str, seven: Seven | None) -> None:
+    """Check that a setting, w, x, y, z, tx, ty, tz, is a pose."""
+    if seven is None:
+        return
+    try:
+        Pose.from_parts(seven[4:], seven[:4])
+    except PoseError as error:
+        raise SimError(
+            f"{name} is {list(seven)}, but {error}; write the rotation first: w, x, y, z, tx, ty, "
+            "tz, where 1, 0, 0, 0 is no rotation"
+        ) from error
 
 
 class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -70,6 +88,17 @@ class ArmSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=
         Meta(description="hand pose at the start, instead of angles: w, x, y, z, tx, ty, tz"),
     ] = None
 
+    def __post_init__(self) -> None:
+        """Check each value, and that poses are rigid motions.
+
+        Raises:
+            SimError: a value is out of range, or a rotation is no unit quaternion.
+
+        """
+        super().__post_init__()
+        _check_pose("arm.mount_from_hand", self.mount_from_hand)
+        _check_pose("arm.world_from_hand", self.world_from_hand)
+
 
 class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The object, its initial pose and its motion."""
@@ -98,6 +127,16 @@ class ObjectSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
             "random:7 or recorded:FILE"
         ),
     ] = "still"
+
+    def __post_init__(self) -> None:
+        """Check each value, and that its pose is a rigid motion.
+
+        Raises:
+            SimError: a value is out of range, or a rotation is no unit quaternion.
+
+        """
+        super().__post_init__()
+        _check_pose("object.hand_from_object", self.hand_from_object)
 
 
 class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -133,11 +172,12 @@ class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
         """Check each value, and the values that depend on each other.
 
         Raises:
-            SimError: a value is out of range, an exposure is longer than the interval between
-                images, or it has more moments than a pixel has rays.
+            SimError: a value is out of range, or probably in another unit, an exposure is longer
+                than the interval between images, or it has more moments than a pixel has rays.
 
         """
         super().__post_init__()
+        self._check_timing()
         rays = self.samples * self.samples
         if self.moments > rays:
             raise SimError(
@@ -149,6 +189,24 @@ class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
             raise SimError(
                 f"an exposure takes {self.exposure_s} s, but at {self.rate_hz:g} Hz there are "
                 f"{1.0 / self.rate_hz:.4g} s per image; lower cameras.exposure_s or cameras.rate_hz"
+            )
+
+    def _check_timing(self) -> None:
+        if not _LEAST_HZ <= self.rate_hz <= _MOST_HZ:
+            meant = 1.0 / self.rate_hz
+            hint = f"; if that is the interval in seconds, write {digits(meant)}"
+            raise SimError(
+                f"cameras.rate_hz is {digits(self.rate_hz)}; give the images per second, from "
+                f"{digits(_LEAST_HZ)} to {digits(_MOST_HZ)}"
+                f"{hint if _LEAST_HZ <= meant <= _MOST_HZ else ''}"
+            )
+        if self.latency_s > _MOST_LATENCY_S:
+            meant = self.latency_s / _MS_PER_S
+            hint = f"; if milliseconds were meant, write {digits(meant)}"
+            raise SimError(
+                f"cameras.latency_s is {digits(self.latency_s)}; give at most "
+                f"{digits(_MOST_LATENCY_S)} seconds"
+                f"{hint if meant <= _MOST_LATENCY_S else ''}"
             )
 
 

@@ -21,9 +21,10 @@ from servoid.config import (
     read_toml_text,
 )
 from servoid.errors import CameraError, CaptureError, located
-from servoid.words import counted, number_of
+from servoid.words import counted, digits, number_of
 
 _FOCAL_PX = (1e-3, 1e9)  # of any lens: beyond, the image is a point, or all rays are parallel
+_LEAST_HZ, _MOST_HZ = 0.05, 10_000.0  # of a recording
 
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
 
@@ -108,6 +109,7 @@ def read_capture_file(
 
     """
     file, text = read_versioned(path, CaptureFile, "captures")
+    _check_rate(path, file.rate_hz)
     for entry in file.camera:
         if entry.depths is not None and entry.depth_scale_m is None:
             raise CaptureError(
@@ -121,6 +123,21 @@ def read_capture_file(
     names = [entry.name for entry in file.camera]
     _check_names(path, names)
     return file, tuple(supplier(names, [entry.size_px for entry in file.camera]))
+
+
+def _check_rate(path: Path, rate_hz: float | None) -> None:
+    """Check that a rate is one of a recording, and not an interval or one in another unit."""
+    if rate_hz is None or _LEAST_HZ <= rate_hz <= _MOST_HZ:
+        return
+    if rate_hz < _LEAST_HZ:
+        meant, why = 1.0 / rate_hz, "that is the interval in seconds"
+    else:
+        meant, why = rate_hz / 1e3, "that is a number for 1000 seconds"
+    hint = f"; if {why}, write {digits(meant)}" if _LEAST_HZ <= meant <= _MOST_HZ else ""
+    raise CaptureError(
+        f"{path}: rate_hz is {digits(rate_hz)}; give the observations per second, from "
+        f"{digits(_LEAST_HZ)} to {digits(_MOST_HZ)}{hint}"
+    )
 
 
 def read_versioned(path: Path, struct: type[FileT], kind: str) -> tuple[FileT, str]:

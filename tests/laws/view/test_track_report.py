@@ -129,32 +129,32 @@ def test_the_figures_agree_with_the_poses_that_are_written(reported: Path) -> No
     assert [one["std_rad"] for one in steps] == pytest.approx(
         [point.std_rad for point in points], rel=1e-2
     )
-    assert summary["tracked"] == sum(point.status == "tracking" for point in points) == 4
-    assert summary["tracked_share"] == pytest.approx(0.8)
-    assert summary["verdict"] == "rough"
-    assert summary["reasons"][-1] == "not tracked in 1 of 5 observations"
+    assert summary["tracked"] == sum(point.status == "tracking" for point in points) == 3
+    assert summary["tracked_share"] == pytest.approx(0.6)
+    assert summary["verdict"] == "poor"
+    # The cup is not the object of the masks, so that its start is in doubt.
+    assert summary["reasons"][-1] == "not tracked in 2 of 5 observations"
     page = html.unescape((reported / "report.html").read_text(encoding="utf-8"))
-    assert f"Tracking: {summary['verdict']}; it was tracked in 4 of 5" in page
+    assert f"Tracking: {summary['verdict']}; it was tracked in 3 of 5" in page
     assert len(summary["doubts"]) == 1 and f"start: {summary['doubts'][0]}." in page
-    assert [gap["count"] for gap in summary["gaps"]] == [1]
+    assert [gap["count"] for gap in summary["gaps"]] == [1, 1]
     [correction] = summary["corrections"]
     [noticed] = [point for point in points if CORRECTED in point.notices]
     assert correction["observation"] == noticed.observation
     assert correction["angle_rad"] == pytest.approx(np.radians(2.5))
-    assert summary["turned_rad"] == pytest.approx(0.4, abs=1e-6)
+    assert summary["turned_rad"] == pytest.approx(0.3, abs=1e-6)  # since it was tracked
     assert 0.1 < summary["sides_seen_share"] < 0.3
 
 
 def test_the_page_says_what_became_of_the_track(reported: Path) -> None:
     text = "".join(Page((reported / "report.html").read_text(encoding="utf-8")).content["p"])
     assert (
-        "Tracking: rough; it was tracked in 4 of 5 observations (80.0 %), and not at 0.20 s."
-        in text
+        "Tracking: poor; it was tracked in 3 of 5 observations (60.0 %), and not at 0.00 s " in text
     )
     assert re.search(
         r"The cameras saw \d+ % of its sides. The depth of the others is a guess, unless", text
     )
-    assert "It rotated by 23 degrees" in text
+    assert "It rotated by 17 degrees" in text
     assert f"/video · servoid {servoid.__version__}" in text
     assert "corrected once by 2.5 degrees: a known side is seen again" in text
     assert "drift was 2.3 degrees at most, and 2.3 degrees at the end" in text

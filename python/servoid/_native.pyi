@@ -785,8 +785,10 @@ class Estimate:
     @property
     def seconds(self) -> dict[str, float]:
         """Seconds spent in each stage: prepare, search, refine, verify, update."""
-    def in_doubt(self) -> Estimate:
-        """Returns the same estimate for a start in doubt: nothing confirms its pose."""
+    def in_doubt(self, located: bool) -> Estimate:
+        """Returns the same estimate for a start in doubt: nothing confirms its pose; `located` says
+        whether its position is confirmed.
+        """
     def __eq__(self, value: object, /) -> bool: ...
     def __hash__(self) -> int: ...
 

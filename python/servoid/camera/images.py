@@ -98,15 +98,13 @@ def read_mask(path: Path, size_px: tuple[int, int], by: int = 1) -> NDArray[np.u
 
 def _check_one_object(path: Path, pixels: NDArray[np.generic]) -> None:
     """Check that a mask does not give each of several objects a value of its own."""
-    labels = labels_in(pixels)
-    if labels:
-        words = [f"{one[0]}" if len(one) == 1 else f"{one}" for one in labels]
+    words = [str(label) for label in labels_in(pixels)]
+    if words:
         shown = words if len(words) <= _MOST_SHOWN else [*words[: _MOST_SHOWN - 1], words[-1]]
         between = " and " if shown == words else " ... "
-        what = "values" if all(len(one) == 1 for one in labels) else "colours"
         raise MaskError(
-            f"the mask {path} has areas with the {what} {', '.join(shown[:-1])}{between}"
-            f"{shown[-1]}: which one is the object? Write a mask with that {what[:-1]} alone, zero "
+            f"the mask {path} has areas with the values {', '.join(shown[:-1])}{between}"
+            f"{shown[-1]}: which one is the object? Write a mask with that value alone, zero "
             "elsewhere"
         )
 

@@ -115,6 +115,7 @@ class CaptureView:
     the others. `recorded_mask`, (H, W) uint8, is a mask in the pixels of the recorded image; it
     replaces the file. `depth_m`, (H, W) float32 in metres, likewise replaces the depth file.
     `shrinking` is the size of the images in the files where they are shrunk to the lens's size.
+    `is_metric` is False if lengths are in an unknown unit, that of the capture.
     """
 
     camera_name: str
@@ -130,6 +131,7 @@ class CaptureView:
     shared: IdealCamera | None = None
     depth_m: NDArray[np.float32] | None = None
     shrinking: Recorded | None = None
+    is_metric: bool = True
 
     def __repr__(self) -> str:
         width, height = self.lens.size_px
@@ -390,4 +392,5 @@ class Capture:
             shared=None if own else camera.ideal,
             recorded_mask=mask,
             depth_m=camera.depths_m[index] if camera.depths_m else None,
+            is_metric=self.metric,
         )

@@ -24,7 +24,7 @@ from servoid.errors import CameraError, CaptureError, located
 from servoid.words import counted, digits, number_of
 
 _FOCAL_PX = (1e-3, 1e9)  # of any lens: beyond, the image is a point, or all rays are parallel
-_LEAST_HZ, _MOST_HZ = 0.05, 10_000.0  # of a recording
+_MOST_HZ = 10_000.0  # of a recording
 
 POSES_HEADER = ("time_s", "x", "y", "z", "qw", "qx", "qy", "qz")
 
@@ -126,17 +126,12 @@ def read_capture_file(
 
 
 def _check_rate(path: Path, rate_hz: float | None) -> None:
-    """Check that a rate is one of a recording, and not an interval or one in another unit."""
-    if rate_hz is None or _LEAST_HZ <= rate_hz <= _MOST_HZ:
+    """Check that a rate is that of a camera; that of a time lapse may be as low as any."""
+    if rate_hz is None or rate_hz <= _MOST_HZ:
         return
-    if rate_hz < _LEAST_HZ:
-        meant, why = 1.0 / rate_hz, "that is the interval in seconds"
-    else:
-        meant, why = rate_hz / 1e3, "that is a number for 1000 seconds"
-    hint = f"; if {why}, write {digits(meant)}" if _LEAST_HZ <= meant <= _MOST_HZ else ""
     raise CaptureError(
-        f"{path}: rate_hz is {digits(rate_hz)}; give the observations per second, from "
-        f"{digits(_LEAST_HZ)} to {digits(_MOST_HZ)}{hint}"
+        f"{path}: rate_hz is {digits(rate_hz)}; give the observations per second, at most "
+        f"{digits(_MOST_HZ)}; if that is a number for 1000 seconds, write {digits(rate_hz / 1e3)}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Checks whether images contradict the poses of a rig that moves, such as that of eyes on an arm.
+"""Checks whether images contradict the poses of a rig, such as that of eyes on an arm.
 
 What two cameras see at one instant has a place in space. Where it is at rest, a later image has it
 where the rig's poses predict it. In a recorded rig that moves, right poses predict 94 % and more of
@@ -139,7 +139,7 @@ class _Rig:
 def doubt_rig_poses(
     capture: Capture, may_move: Balls | None = None, *, among: Sequence[int] | None = None
 ) -> str | None:
-    """Return a message if images contradict the poses of a recorded rig that moves, else None.
+    """Return a message if images contradict the poses of a recorded rig, else None.
 
     Poses that all are the identity count as not given.
 
@@ -157,7 +157,8 @@ def doubt_rig_poses(
     fits = round(sum(share * len(one.rays) for share, one in zip(agreeing, rig.seen, strict=True)))
     if _rests(rig.world_from_rig):
         return (
-            "the poses of the rig are the same at all times, but its cameras move: of "
+            "the poses of the rig are the same at all times, but its cameras move, or most of what "
+            "they see: of "
             f"{count} features of its surroundings, {fits} stay where they were, and half move by "
             f"{digits(round(off_px))} px or more; give the pose of each observation, or no poses, "
             "to track in the frame of the first camera"

@@ -4,16 +4,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servoid.capture import CaptureView, check_not_exchanged
 from servoid.errors import CameraError, CaptureError, TargetError
 from servoid.model.range_samples import depth_of_pair
-from servoid.segment import Depth, parted_by_depth
+from servoid.segment import Depth, Parting, parted_by_depth
 from servoid.words import digits
 
 _MOST_VIEWS = 3
 _LEAST_PX = 60  # that both measure
 _APART = 1.15  # ratio of the distances from which on they contradict each other
+_AROUND_PX = 6  # beyond a mask, where its background is
+_AS_FAR = 0.5  # of the gap between two surfaces, by which the background may be behind the far one
 _EVEN = 0.1  # relative spread of the ratio within which a wrong unit explains it
 
 
@@ -76,12 +79,27 @@ def parted_notes(views: Iterable[CaptureView]) -> list[str]:
         if depth is None:
             continue
         parting = parted_by_depth(view.mask(), Depth(depth, view.camera.focal_px[0]))
-        if parting is not None:
+        if parting is not None and _is_around(view.mask(), depth, parting):
             notes.append(
                 f"{view.name}: {parting.words}; if it is the object's mask, register the depth "
                 "image to the colour image (align), or correct how the depth camera is mounted"
             )
     return notes
+
+
+def _is_around(mask: NDArray[np.uint8], depth: NDArray[np.float32], parting: Parting) -> bool:
+    """Return whether the far part is as far as what is around the mask, as its background is.
+
+    Of an object that has a part towards the camera it is nearer.
+    """
+    import cv2
+
+    kernel = np.ones((2 * _AROUND_PX + 1,) * 2, np.uint8)
+    ring = (np.asarray(cv2.dilate(mask, kernel)) != 0) & (mask == 0)
+    around, far = (
+        depth[part & np.isfinite(depth) & (depth > 0.0)] for part in (ring, parting.far != 0)
+    )
+    return len(around) > 0 and bool(np.median(around) < np.median(far) + _AS_FAR * parting.gap)
 
 
 def _has_depth(view: CaptureView) -> bool:

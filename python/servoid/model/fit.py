@@ -133,9 +133,10 @@ def fit(
     small, note = shrunk(_of_capture(capture_views, images))
     used, unused = divide(small, views)
     result = fit_views(used, unused, NO_RANGE_SAMPLES, request)
-    is_metric = not any(isinstance(one, CaptureView) for one in capture_views)
-    scale = scale_note(result.body, result.native_used) if is_metric else None
+    are_arrays = not any(isinstance(one, CaptureView) for one in capture_views)
+    scale = scale_note(result.body, result.native_used) if are_arrays else None
     result = result.doubted([*center_notes([*used, *unused]), scale])
+    result = replace(result, is_metric=all(view.is_metric for view in used))
     return result if note is None else replace(result, notes=(*result.notes, note))
 
 

@@ -76,7 +76,8 @@ def fit_capture(
     if not capture.metric:
         notes.append(NO_METRES)
     known = list(marked.views)
-    if not marked.from_targets:  # those of targets were compared when the object was found
+    # Those of targets were compared when the object was found.
+    if not marked.from_targets and not request.trust_targets:
         doubts.extend(parted_notes(known))
     samples = join_range_samples(range_samples_of_views(known))
     if len(samples):

@@ -55,7 +55,7 @@ _FEW = (
     "usually suffice"
 )
 
-_Tell = Callable[[str], None]  # reports the stage of long work
+_Report = Callable[[str], None]  # reports the stage of long work
 
 _ORDERS: tuple[tuple[str, Callable[[int, int], int]], ...] = (
     ("if each image takes the pose of the next line", lambda index, _: index + 1),
@@ -104,18 +104,18 @@ def misplaced_notes(
     confirms are reported as well.
     """
     sides = len(directions(fitted.native))
-    tell = partial(_tell, progress, fitted)
+    report = partial(_reported, progress, fitted)
     if sides <= MOST_DIRECTIONS and not fitted.is_checked:
-        return _few_notes(fitted, sides, everywhere, tell)
+        return _few_notes(fitted, sides, everywhere, report)
     if len(fitted.views) < _LEAST_VIEWS:
         return []
     order = None
     if float(fitted.ious.mean()) < _GOOD:
-        order = _order_note(fitted, everywhere, tell)
+        order = _order_note(fitted, everywhere, report)
     return _exchanged_notes(fitted) if order is None else [order]
 
 
-def _tell(progress: ProgressCallback | None, fitted: Fitted, stage: str) -> None:
+def _reported(progress: ProgressCallback | None, fitted: Fitted, stage: str) -> None:
     if progress is not None:
         progress(Progress(len(fitted.body), fitted.fitness, 1.0, stage))
 
@@ -124,7 +124,7 @@ def _few_notes(
     fitted: Fitted,
     sides: int,
     everywhere: Sequence[CaptureView],
-    tell: _Tell,
+    report: _Report,
 ) -> list[str]:
     """Report what is wrong with the poses of views from few `sides`, or that nothing confirms them.
 
@@ -135,8 +135,8 @@ def _few_notes(
         is_instant = len({view.index for view in fitted.views}) == 1
         why = f"they look from {counted(sides, 'direction')}"
         return [] if is_instant else [_FEW.format(count=count, why=why)]
-    tell("comparing the views with each other")
-    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, tell, are_few=True)
+    report("comparing the views with each other")
+    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, report, are_few=True)
     before = tries.as_they_are()
     if before >= CONFIRMED:
         return []
@@ -192,7 +192,7 @@ class _Tries:
     used: Sequence[CaptureView]
     native: Sequence[View]
     settings: ModelSettings
-    tell: _Tell
+    report: _Report
     are_few: bool
 
     @classmethod
@@ -201,7 +201,7 @@ class _Tries:
         used: Sequence[CaptureView],
         native: Sequence[View],
         settings: ModelSettings,
-        tell: _Tell,
+        report: _Report,
         *,
         are_few: bool = False,
     ) -> "_Tries":
@@ -216,7 +216,7 @@ class _Tries:
             quick=True,
         )
         views, seen = [used[one] for one in tried], [native[one] for one in tried]
-        return cls(views, seen, quick, tell, are_few)
+        return cls(views, seen, quick, report, are_few)
 
     def as_they_are(self) -> float:
         """Return the mean overlap with the given poses."""
@@ -230,7 +230,7 @@ class _Tries:
         ]
         views = [view for view in posed if view is not None]
         least = LEAST_DIRECTIONS if self.are_few else _LEAST_VIEWS
-        self.tell("comparing other orders of the poses")
+        self.report("comparing other orders of the poses")
         return self._overlap(views) if len(views) >= least else 0.0
 
     def exchanged(self, pair: tuple[int, int], before: float) -> tuple[float, str]:
@@ -240,7 +240,7 @@ class _Tries:
             return 0.0, ""
         views = list(self.native)
         views[pair[0]], views[pair[1]] = changed
-        self.tell("comparing exchanged views")
+        self.report("comparing exchanged views")
         after = self._overlap(views)
         one, other = (self.used[index].name for index in pair)
         return after, (
@@ -259,9 +259,9 @@ class _Tries:
         return (overlap_left_out if self.are_few else overlap_of_fit)(views, self.settings)
 
 
-def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView], tell: _Tell) -> str | None:
+def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView], report: _Report) -> str | None:
     """Report poses in another order or convention, where that fits the masks far better."""
-    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, tell)
+    tries = _Tries.of(fitted.views, fitted.native, fitted.settings, report)
     before = tries.as_they_are()
     found = _in_orders(everywhere, tries, before)
     if float(fitted.ious.mean()) < _HARDLY:

@@ -88,10 +88,12 @@ class GivenCalibration:
                 f"--fov is {digits(self.fov_deg)}; give degrees above 0 and below 180, such as 65"
             )
         if self.fov_deg is not None and self.fov_deg < _NARROWEST_DEG:
+            meant = math.degrees(self.fov_deg)
+            hint = f"if it is in radians, write {digits(meant)}; else "
             raise CaptureError(
                 f"--fov is {digits(self.fov_deg)}, and less than {digits(_NARROWEST_DEG)} degrees "
-                f"is hardly any lens; if it is in radians, write "
-                f"{digits(math.degrees(self.fov_deg))}; else give the lens with --calibration"
+                f"is hardly any lens; {hint if meant >= _NARROWEST_DEG else ''}give the lens with "
+                "--calibration"
             )
         for option, value in (("--baseline", self.baseline_m), ("--rate", self.rate_hz)):
             if value is not None and not 0.0 < value < math.inf:

@@ -26,8 +26,11 @@ IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".p
 _WILD = re.compile(r"[*?\[]")
 _DEVICE_KEY = re.compile(r"^\s*device\s*=", re.MULTILINE)
 _CAMERA_TABLE = re.compile(r"^\s*\[\[\s*camera\s*\]\]", re.MULTILINE)
-# Of a capture.toml alone, also where it is mistyped.
-_CAPTURE_KEY = re.compile(r"^\s*(?:(?:image|mask|depth)\w*|rate_hz|poses)\s*=", re.MULTILINE)
+# Of a capture.toml alone, also mistyped; `rate_hz` is a setting of a rig's cameras as well.
+_CAPTURE_KEY = re.compile(
+    r"""^\s*["']?(?:i\w*|ma\w*|me\w*|dep\w*|poses)["']?\s*=|^\s*\[rig\]""",
+    re.MULTILINE,
+)
 _CAPTURE_FILE = "capture.toml"
 
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from servoid.renamed import refuse_old_names
 from servoid.segment.boxes import pixels_in, window_around
-from servoid.segment.doubts import Depth, parted_by_depth
+from servoid.segment.doubts import Depth, Parting, parted_by_depth
 from servoid.segment.finding import Found, find_object, find_with_doubts, undoubted
 from servoid.segment.hue import LEAST_SATURATION, LEAST_VALUE, hue_window, match_image
 from servoid.segment.segment import grow_mask

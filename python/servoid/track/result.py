@@ -84,7 +84,7 @@ class TrackResult:
     body's outline and the masks of the first observation, their mean, None without masks. `doubts`
     are those of the notes that doubt the mask, the body or the pose of the start;
     `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, and
-    `rig_doubt` how they contradict the poses of a rig that moves, by `capture.doubt_rig_poses`.
+    `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`.
     `is_metric` is False if the body's lengths are in an unknown unit.
     """
 

@@ -138,12 +138,14 @@ def begin(
         lambda: make(cameras, known.body, options), instant, subject, known.pose
     )
     doubts = body_doubts(subject, overlap, is_unlike=is_unlike)
-    if known.pose is not None and known.others and subject.appearance is None:
+    is_elsewhere = subject.body is not None and bool(doubts or _ELSEWHERE in known.doubts)
+    is_turned = known.pose is not None and bool(known.others) and subject.appearance is None
+    if known.pose is not None and is_turned:
         doubts.append(turn_note(known.pose, known.others))
     notices = list(estimate.notices)
-    if subject.body is not None and (doubts or _ELSEWHERE in known.doubts):
+    if is_elsewhere or is_turned:
         # That it was given does not make its pose right.
-        estimate = estimate.in_doubt()
+        estimate = estimate.in_doubt(not is_elsewhere)
         notices.append(_IN_DOUBT)
     return Followed(
         name=subject.name,

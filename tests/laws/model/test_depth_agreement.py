@@ -98,3 +98,18 @@ def test_a_depth_image_that_is_not_registered_to_the_masks_is_doubted(
     if is_doubted:
         assert "register the depth image to the colour image (align)" in told[0]
         assert made.verdict.word != "good"
+
+
+def test_a_part_towards_the_camera_is_no_second_surface(tmp_path: Path) -> None:
+    folder = Pair().write(tmp_path / "one", depths=True, cameras=1)
+    [path] = (folder / "depths").iterdir()
+    depth = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    mask = cv2.imread(str(next((folder / "masks").iterdir())), cv2.IMREAD_GRAYSCALE)
+    assert depth is not None and mask is not None
+    rows, columns = np.nonzero(mask)
+    knob = np.zeros_like(mask)
+    cv2.circle(knob, (int(columns.mean()), int(rows.mean())), 14, 255, -1)
+    depth[knob != 0] -= np.uint16(0.1 / DEPTH_SCALE_M)
+    assert cv2.imwrite(str(path), depth)
+    made = fit_capture(open_capture(folder), Request(max_ellipsoids=2, delta=0.0, seed=0))
+    assert not any("two surfaces" in doubt for doubt in made.all_doubts)

@@ -7,6 +7,8 @@ import pytest
 from commands import Command
 from recordings import Alone
 
+from servoid.capture import open_capture
+from servoid.model import fit
 from servoid.shape import load_body
 
 
@@ -34,6 +36,11 @@ def test_its_file_page_and_exports_name_no_metres(
     done = servoid_command("export", body, "--out", tmp_path / "body.urdf")
     assert done.code == 0, done.err
     assert "the lengths of the body are in an unknown unit" in " ".join(done.out.split())
+
+
+def test_a_body_of_its_views_is_not_in_metres_in_python_either(unscaled: Path) -> None:
+    views = open_capture(unscaled).views()
+    assert not fit(views, max_ellipsoids=1, delta=0.0, seed=0).is_metric
 
 
 def test_a_track_with_it_in_metres_is_doubted_and_saves_it_as_it_is(

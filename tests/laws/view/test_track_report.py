@@ -148,9 +148,7 @@ def test_the_figures_agree_with_the_poses_that_are_written(reported: Path) -> No
 
 def test_the_page_says_what_became_of_the_track(reported: Path) -> None:
     text = "".join(Page((reported / "report.html").read_text(encoding="utf-8")).content["p"])
-    assert (
-        "Tracking: poor; it was tracked in 3 of 5 observations (60.0 %), and not at 0.00 s " in text
-    )
+    assert "Tracking: poor; it was tracked in 3 of 5 observations (60.0 %)" in text
     assert re.search(
         r"The cameras saw \d+ % of its sides. The depth of the others is a guess, unless", text
     )

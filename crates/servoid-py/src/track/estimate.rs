@@ -171,9 +171,10 @@ impl Estimate {
         Ok(out)
     }
 
-    /// Returns the same estimate for a start in doubt: nothing confirms its pose.
-    fn in_doubt(&self) -> Self {
-        Self { core: self.core.clone().in_doubt(), notices: self.notices.clone() }
+    /// Returns the same estimate for a start in doubt: nothing confirms its pose; `located` says
+    /// whether its position is confirmed.
+    fn in_doubt(&self, located: bool) -> Self {
+        Self { core: self.core.clone().in_doubt(located), notices: self.notices.clone() }
     }
 
     fn __repr__(&self) -> String {

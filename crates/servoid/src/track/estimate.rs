@@ -195,9 +195,10 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Returns the same estimate for a start in doubt: nothing confirms its pose.
+    /// Returns the same estimate for a start in doubt: nothing confirms its pose; `located` says
+    /// whether its position is confirmed.
     #[must_use]
-    pub fn in_doubt(self) -> Self {
-        Self { status: Status::Searching, located: false, confidence: 0.0, ..self }
+    pub fn in_doubt(self, located: bool) -> Self {
+        Self { status: Status::Searching, located, confidence: 0.0, ..self }
     }
 }

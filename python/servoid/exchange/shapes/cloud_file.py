@@ -20,6 +20,7 @@ _COLORS = (
     ("r", "g", "b"),
     ("diffuse_red", "diffuse_green", "diffuse_blue"),
 )
+_SINGLE = 1e-6  # rounding of a coordinate, relative to it, or in metres
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def read_cloud(path: Path, viewpoint: Sequence[float] | None = None) -> CloudFil
     if viewpoint is not None:
         kept = _measured_from(path, points, finite, viewpoint)
         lost = int(finite.sum() - kept.sum())
-        notes += [] if lost == 0 else [_lost_note(lost, len(points), viewpoint)]
+        notes += [] if lost == 0 else [f"{_lost_note(lost, len(points), viewpoint)}, and dropped"]
     if header.element("face") is not None:
         notes.append("the faces were ignored")
     size = size_note("the cloud", np.ptp(points[kept], axis=0))
@@ -114,7 +115,10 @@ def _measured_from(
     viewpoint: Sequence[float],
 ) -> NDArray[np.bool_]:
     """Return which of the finite points are not at the viewpoint, at least half of all."""
-    kept = finite & (points != np.asarray(viewpoint, np.float64)).any(axis=1)
+    place = np.asarray(viewpoint, np.float64)
+    off = np.abs(points - place)
+    # A file may have the coordinates in single precision.
+    kept = finite & (off > _SINGLE * np.maximum(1.0, np.abs(place))).any(axis=1)
     if 2 * int(kept.sum()) < len(points):
         lost = int(finite.sum() - kept.sum())
         raise MeshError(
@@ -128,7 +132,7 @@ def _lost_note(lost: int, count: int, viewpoint: Sequence[float]) -> str:
     place = ", ".join(digits(one) for one in viewpoint)
     return (
         f"{lost} of {count} points {were(lost)} at the viewpoint ({place}), as invalid "
-        "measurements are, and dropped"
+        "measurements are"
     )
 
 

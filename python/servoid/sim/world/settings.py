@@ -31,7 +31,7 @@ def _check_pose(name: str, seven: Seven | None) -> None:
         Pose.from_parts(seven[4:], seven[:4])
     except PoseError as error:
         raise SimError(
-            f"{name} is {list(seven)}, but {error}; write the rotation first: w, x, y, z, tx, ty, "
+            f"{name} is {list(seven)}: {error}; write the rotation first: w, x, y, z, tx, ty, "
             "tz, where 1, 0, 0, 0 is no rotation"
         ) from error
 

@@ -126,9 +126,13 @@ def _disputed_baselines(
 ) -> tuple[str, ...]:
     """Report cameras whose distance from the first differs between TF and P of their calibrations.
 
-    Only those are compared whose poses are from TF and whose calibrations have an offset.
+    Only a pair is compared, whose poses are from TF and whose second calibration has an offset.
     """
     first, notes = seats[0], []
+    if len(seats) != 2 or first.calibration.rig_from_camera is not None:
+        return ()  # P is relative to the first camera of a pair, which may be another one
+    if any(first.calibration.shift_m):
+        return ()
     for seat, pose in zip(seats[1:], rig_from_camera[1:], strict=True):
         is_supplied = seat.calibration.rig_from_camera is not None
         frame = seat.image.frame

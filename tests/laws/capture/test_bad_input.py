@@ -240,13 +240,9 @@ FILES = {
     ),
     "no version": (toml("version = 1", ""), r"the key 'version' is missing"),
     "rate of zero": (toml("version = 1", "version = 1\nrate_hz = 0.0"), r"rate_hz: .* above 0"),
-    "interval, not a rate": (
-        toml("version = 1", "version = 1\nrate_hz = 0.04"),
-        r"capture\.toml: rate_hz is 0.04; .* to 10000; if that is the interval .*, write 25\b",
-    ),
     "rate in millihertz": (
         toml("version = 1", "version = 1\nrate_hz = 30000"),
-        r"capture\.toml: rate_hz is 30000; .* to 10000; if that is a number .*, write 30\b",
+        r"capture\.toml: rate_hz is 30000; .* at most 10000; if that is a number .*, write 30\b",
     ),
     "broken TOML": (toml("[[camera]]", "[[camera]"), r"is not valid TOML: .*line 3"),
     "TOML in another encoding": (

@@ -57,7 +57,10 @@ def follow(
             "can be read; check the first"
         )
     passed = next(at for at, one in enumerate(observations) if one.index == first.index)
-    objects = tuple(begin(capture, first, subject, request) for subject in subjects)
+    has_others = len(subjects) > 1
+    objects = tuple(
+        begin(capture, first, subject, request, has_others=has_others) for subject in subjects
+    )
     if passed:
         note = (
             f"the first {counted(passed, 'observation has', 'observations have')} no image "
@@ -87,7 +90,10 @@ def follow_live(
     subjects = [Subject()] if subjects is None else list(subjects)
     _check_names([subject.name for subject in subjects])
     capture, first = feed.first()
-    objects = tuple(begin(capture, first, subject, request) for subject in subjects)
+    has_others = len(subjects) > 1
+    objects = tuple(
+        begin(capture, first, subject, request, has_others=has_others) for subject in subjects
+    )
     begun = _Begun(first, objects, tuple(request.evolves(subject) for subject in subjects))
     yield from _steps(begun, iter(feed), request.evolve_every)
 

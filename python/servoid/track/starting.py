@@ -29,6 +29,7 @@ _ELSEWHERE = (
     "the given start is not where the mask of the first observation is, so the mask was not used; "
     "if it is the object's mask, correct the start or leave it out"
 )
+_CONTRADICTED = 0.6  # overlap of a given body and its mask; right poses of coarse bodies reach 0.7
 _IN_DOUBT = "the pose of the start is in doubt, and no image confirms it"
 
 
@@ -106,10 +107,13 @@ def begin(
     instant: Instant,
     subject: Subject | None = None,
     request: Request | None = None,
+    *,
+    has_others: bool = False,
 ) -> Followed:
     """Start the tracker of one object in the first observation.
 
-    Without a `subject`, it is the one object in the capture's masks.
+    Without a `subject`, it is the one object in the capture's masks. With `has_others`, other
+    objects are tracked as well, so that these masks may be another one's.
 
     Raises:
         TrackError: a known body has no pose, target, mask or appearance to locate it, it does not
@@ -138,7 +142,9 @@ def begin(
         lambda: make(cameras, known.body, options), instant, subject, known.pose
     )
     doubts = body_doubts(subject, overlap, is_unlike=is_unlike)
-    is_elsewhere = subject.body is not None and bool(doubts or _ELSEWHERE in known.doubts)
+    is_off = _ELSEWHERE in known.doubts or (overlap is not None and overlap < _CONTRADICTED)
+    is_own = bool(subject.targets) or not has_others
+    is_elsewhere = subject.body is not None and (is_unlike or (is_off and is_own))
     is_turned = known.pose is not None and bool(known.others) and subject.appearance is None
     if known.pose is not None and is_turned:
         doubts.append(turn_note(known.pose, known.others))

@@ -46,5 +46,4 @@ def test_a_start_in_a_meshs_frame_is_right_as_the_command_says_it_must_be_given(
         off = Pose(np.linalg.inv(seen.truth(point.observation or 0)) @ world_from_toy).log()
         assert np.linalg.norm(off[:3]) < MOST_M, point
         assert np.linalg.norm(off[3:]) < MOST_RAD, point
-        # Its hull is not the toy's outline, so that the start alone is in doubt.
-        assert point.status == ("searching" if point.observation == 0 else "tracking")
+        assert point.status == "tracking"

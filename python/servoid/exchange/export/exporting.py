@@ -17,7 +17,7 @@ from servoid.words import digits
 Frame = Literal["object", "world"]
 
 WATER_KG_M3 = 1000.0
-LEAST_DENSITY = 0.5  # in kg/m³; a beach ball of 40 cm and 100 g has 3
+LEAST_DENSITY = 2.0  # in kg/m³; a beach ball of 40 cm and 100 g has 3
 MOST_DENSITY = 25_000.0  # in kg/m³; the densest metal has about 22,600
 _KG_M3_PER_G_CM3 = 1000.0
 _RESERVED = ("world",)  # what MuJoCo and SDFormat call their root

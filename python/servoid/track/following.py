@@ -57,10 +57,7 @@ def follow(
             "can be read; check the first"
         )
     passed = next(at for at, one in enumerate(observations) if one.index == first.index)
-    has_others = len(subjects) > 1
-    objects = tuple(
-        begin(capture, first, subject, request, has_others=has_others) for subject in subjects
-    )
+    objects = _begin_all(capture, first, subjects, request)
     if passed:
         note = (
             f"the first {counted(passed, 'observation has', 'observations have')} no image "
@@ -90,10 +87,7 @@ def follow_live(
     subjects = [Subject()] if subjects is None else list(subjects)
     _check_names([subject.name for subject in subjects])
     capture, first = feed.first()
-    has_others = len(subjects) > 1
-    objects = tuple(
-        begin(capture, first, subject, request, has_others=has_others) for subject in subjects
-    )
+    objects = _begin_all(capture, first, subjects, request)
     begun = _Begun(first, objects, tuple(request.evolves(subject) for subject in subjects))
     yield from _steps(begun, iter(feed), request.evolve_every)
 
@@ -197,6 +191,15 @@ def _step(one: Followed, instant: Instant, may_evolve: bool) -> Tracked:
     if may_evolve and tracked.is_tracked:
         one.begin_evolving()
     return tracked
+
+
+def _begin_all(
+    capture: Capture, first: Instant, subjects: Sequence[Subject], request: Request
+) -> tuple[Followed, ...]:
+    has_others = len(subjects) > 1
+    return tuple(
+        begin(capture, first, subject, request, has_others=has_others) for subject in subjects
+    )
 
 
 def _check_names(names: list[str]) -> None:

@@ -145,11 +145,12 @@ def begin(
     is_off = _ELSEWHERE in known.doubts or (overlap is not None and overlap < _CONTRADICTED)
     is_own = bool(subject.targets) or not has_others
     is_elsewhere = subject.body is not None and (is_unlike or (is_off and is_own))
-    is_turned = known.pose is not None and bool(known.others) and subject.appearance is None
-    if known.pose is not None and is_turned:
-        doubts.append(turn_note(known.pose, known.others))
+    turned = None
+    if known.pose is not None and known.others and subject.appearance is None:
+        turned = turn_note(known.pose, known.others)
+        doubts.append(turned)
     notices = list(estimate.notices)
-    if is_elsewhere or is_turned:
+    if is_elsewhere or turned is not None:
         # That it was given does not make its pose right.
         estimate = estimate.in_doubt(not is_elsewhere)
         notices.append(_IN_DOUBT)

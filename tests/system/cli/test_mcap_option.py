@@ -14,7 +14,8 @@ from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.shape import save_body
 
-OWN = Pose.from_parts((0.1, 0.2, 0.3), (0.0, 1.0, 0.0, 0.0))
+# A ball there overlaps the mask of what is drawn by 0.83.
+OWN = Pose(Pair().world_from_left) @ Pose.from_parts((0.012, -0.008, 0.34), (1.0, 0.0, 0.0, 0.0))
 CUP = ("--body", "cup.json", "--start", "body")
 
 
@@ -44,11 +45,7 @@ def test_a_run_is_recorded_and_tracked_again_from_the_recording(servoid_command:
     again = servoid_command("track", "run.mcap", *CUP, "--out", "again.csv")
     assert (again.code, again.err) == (0, "")
     assert "Tracked run.mcap: 5 observations, 2 cameras" in again.out
-    once, again_once = (Path(name).read_text().splitlines() for name in ("poses.csv", "again.csv"))
-    # The video has masks, which are not those of a cup, so that its start alone is in doubt.
-    assert once[1].split(",")[:8] == again_once[1].split(",")[:8]
-    assert (once[1].split(",")[9], again_once[1].split(",")[9]) == ("searching", "tracking")
-    assert [once[0], *once[2:]] == [again_once[0], *again_once[2:]]
+    assert Path("again.csv").read_bytes() == Path("poses.csv").read_bytes()
 
 
 @pytest.mark.usefixtures("folder")

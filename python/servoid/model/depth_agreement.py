@@ -78,8 +78,9 @@ def parted_notes(views: Iterable[CaptureView]) -> list[str]:
         depth = view.depth() if _has_depth(view) else None
         if depth is None:
             continue
-        parting = parted_by_depth(view.mask(), Depth(depth, view.camera.focal_px[0]))
-        if parting is not None and _is_around(view.mask(), depth, parting):
+        mask = view.mask()
+        parting = parted_by_depth(mask, Depth(depth, view.camera.focal_px[0]))
+        if parting is not None and _is_around(mask, depth, parting):
             notes.append(
                 f"{view.name}: {parting.words}; if it is the object's mask, register the depth "
                 "image to the colour image (align), or correct how the depth camera is mounted"

@@ -256,8 +256,9 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
             doubts=made.all_doubts,
             is_metric=made.is_metric,
         )
-    is_metric = subject.is_metric
-    size = body_size_note(subject.body) if is_metric else NO_UNIT if capture.metric else None
+    size = body_size_note(subject.body) if subject.is_metric else None
+    if capture.metric and not subject.is_metric:
+        size = NO_UNIT
     seen = (view for view in usable.all_views() if view.index == instant.index)
     doubts: tuple[str, ...] = (*(() if size is None else (size,)), *center_notes(seen))
     known = _Known(
@@ -267,7 +268,7 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
         subject.colors,
         doubts,
         doubts=doubts,
-        is_metric=is_metric,
+        is_metric=subject.is_metric,
     )
     if subject.targets or any(view.index == instant.index for view in usable.views()):
         marked = mark(usable, subject.targets, only, trusted=request.trust_targets)

@@ -72,14 +72,14 @@ def place_cameras(
     seated = tuple(
         _on_rig(place, seats, index, transforms, rig, stamps_ns) for index in range(len(seats))
     )
-    disputes = _disputed_baselines(seats, transforms, seated)
+    disputed = _disputed_baseline(seats, transforms, seated)
     if rests:
-        return Placing(seated, resting, disputes)
+        return Placing(seated, resting, disputed)
     poses = tuple(
         transforms.pose(top, rig, stamp) if rig != top else Pose.identity() for stamp in stamps_ns
     )
     notes = [] if world is not None else [f"poses are in the frame '{top}', the top of TF's tree"]
-    return Placing(seated, poses, (*notes, *disputes, *transforms.notes()))
+    return Placing(seated, poses, (*notes, *disputed, *transforms.notes()))
 
 
 def _on_rig(
@@ -121,37 +121,32 @@ def _on_rig(
     return pose if turn == Pose.identity() else pose @ turn
 
 
-def _disputed_baselines(
+def _disputed_baseline(
     seats: Sequence[Seat], transforms: Transforms, rig_from_camera: Sequence[Pose]
 ) -> tuple[str, ...]:
-    """Report cameras whose distance from the first differs between TF and P of their calibrations.
+    """Report a pair of cameras whose distance differs between TF and P of their calibrations.
 
-    Only a pair is compared, whose poses are from TF and whose second calibration has an offset.
+    P is relative to the first camera of a pair, which among several cameras may be another one.
     """
-    first, notes = seats[0], []
-    if len(seats) != 2 or first.calibration.rig_from_camera is not None:
-        return ()  # P is relative to the first camera of a pair, which may be another one
-    if any(first.calibration.shift_m):
+    if len(seats) != 2:
         return ()
-    for seat, pose in zip(seats[1:], rig_from_camera[1:], strict=True):
-        is_supplied = seat.calibration.rig_from_camera is not None
-        frame = seat.image.frame
-        if is_supplied or frame == first.image.frame or not transforms.knows(frame):
-            continue
-        by_tf = float(np.linalg.norm((rig_from_camera[0].inverse() @ pose).translation))
-        by_shift = float(
-            np.hypot(*np.subtract(seat.calibration.shift_m, first.calibration.shift_m))
-        )
-        off = abs(by_tf - by_shift)
-        if by_shift < _LEAST_BASELINE_M or off <= max(_APART * max(by_tf, by_shift), _APART_M):
-            continue
-        notes.append(
-            f"the cameras of {first.image.topic} and {seat.image.topic} are "
-            f"{measured(_MM_PER_M * by_tf)} mm apart by TF, but {measured(_MM_PER_M * by_shift)} "
-            "mm by P of their calibrations; TF is used, so check which one is right: all "
-            "distances depend on it"
-        )
-    return tuple(notes)
+    first, second = seats
+    is_supplied = any(seat.calibration.rig_from_camera is not None for seat in seats)
+    frame = second.image.frame
+    is_unknown = frame == first.image.frame or not transforms.knows(frame)
+    if is_supplied or is_unknown or any(first.calibration.shift_m):
+        return ()
+    by_tf = float(np.linalg.norm((rig_from_camera[0].inverse() @ rig_from_camera[1]).translation))
+    by_shift = float(np.hypot(*second.calibration.shift_m))
+    off = abs(by_tf - by_shift)
+    if by_shift < _LEAST_BASELINE_M or off <= max(_APART * max(by_tf, by_shift), _APART_M):
+        return ()
+    return (
+        f"the cameras of {first.image.topic} and {second.image.topic} are "
+        f"{measured(_MM_PER_M * by_tf)} mm apart by TF, but {measured(_MM_PER_M * by_shift)} "
+        "mm by P of their calibrations; TF is used, so check which one is right: all "
+        "distances depend on it",
+    )
 
 
 def _by_shifts(place: str, seats: Sequence[Seat]) -> tuple[Pose, ...]:

@@ -36,13 +36,14 @@ class GoalTimes:
 
     Only the time after `settle_s` seconds of servoing counts, which is `whole_s` long; of a run
     that is not longer, the whole counts, and `settled` is false. `by_reason` lists what occurred,
-    by name; `by_kind` is the time with any reason of a kind.
+    by name; `by_kind` is the time with any reason of a kind, `amiss_s` that with any at all.
     """
 
     whole_s: float
     settled: bool
     by_reason: dict[Reason, float]
     by_kind: dict[LimitingKind, float]
+    amiss_s: float
 
     @classmethod
     def of(cls, log: ServoLog, settle_s: float = 0.0) -> "GoalTimes":
@@ -52,16 +53,18 @@ class GoalTimes:
         periods = np.where(counted | (not settled), log.periods_s, 0.0)
         reasons: dict[Reason, float] = {}
         kinds = dict.fromkeys(LimitingKind, 0.0)
+        amiss_s = 0.0
         for row, seconds in zip(log.rows, periods.tolist(), strict=True):
             if not seconds > 0.0:
                 continue
             found = row.tick.command.limiting - ORDINARY
+            amiss_s += seconds if found else 0.0
             for reason in found:
                 reasons[reason] = reasons.get(reason, 0.0) + seconds
             for kind in {LimitingKind.of(reason) for reason in found}:
                 kinds[kind] += seconds
         ordered = sorted(reasons.items(), key=lambda one: one[0].value)
-        return cls(float(periods.sum()), settled, dict(ordered), kinds)
+        return cls(float(periods.sum()), settled, dict(ordered), kinds, amiss_s)
 
     def reasons(self, kind: LimitingKind) -> dict[Reason, float]:
         """Return the seconds of each reason of a kind."""

@@ -40,17 +40,14 @@ _ROTATION = Bound("rotation", "degrees", 1.0, 3.0)
 _HELD = Bound("held", "%", 0.0, 10.0)
 _NOT_TRACKED = Bound("not tracked", "%", 5.0, 100.0)
 _NOT_LOCATED = Bound("not located", "%", 5.0, 30.0)
-_AMISS = {  # of the time after the hand had time to settle
-    LimitingKind.LIMITED: Bound("kept from its goal", "%", 5.0, 100.0),
-    LimitingKind.DOUBTED: Bound("goal in doubt", "%", 5.0, 100.0),
-    LimitingKind.AWAY: Bound("off its goal", "%", 5.0, 100.0),
-}
+# Of the time after the hand had time to settle, all kinds together.
+_AMISS = Bound("kept from its goal", "%", 5.0, 100.0)
 _AMISS_WORDS = {
     LimitingKind.LIMITED: "a limit kept the hand from its goal",
     LimitingKind.DOUBTED: "the goal was in doubt",
     LimitingKind.AWAY: "the hand was on its way to its goal",
 }
-BOUNDS = (_REPEATABILITY, _ACCURACY, _ROTATION, _HELD, _NOT_TRACKED, _NOT_LOCATED, *_AMISS.values())
+BOUNDS = (_REPEATABILITY, _ACCURACY, _ROTATION, _HELD, _NOT_TRACKED, _NOT_LOCATED, _AMISS)
 """All bounds of the rule, as docs/howto/report.md has them."""
 
 _Reasons = Iterator[tuple[int, str]]
@@ -157,7 +154,8 @@ def _amiss(log: ServoLog, settle_s: float) -> _Reasons:
     times = GoalTimes.of(log, settle_s)
     if not times.settled or not times.whole_s > 0.0:
         return
-    for kind, bound in _AMISS.items():
-        seconds = times.by_kind[kind]
-        if bound.level(100.0 * seconds / times.whole_s) != _GOOD:
+    if _AMISS.level(100.0 * times.amiss_s / times.whole_s) == _GOOD:
+        return
+    for kind, seconds in times.by_kind.items():
+        if seconds > 0.0:
             yield _ROUGH, f"{_AMISS_WORDS[kind]} for {times.in_words(seconds)}"

@@ -73,3 +73,15 @@ def test_two_reasons_of_a_kind_at_once_count_once_for_the_kind() -> None:
 def test_a_log_without_rows_has_no_times() -> None:
     times = GoalTimes.of(ServoLog(("a",)))
     assert (times.whole_s, times.settled, times.by_reason) == (0.0, False, {})
+
+
+def test_limits_and_doubts_that_are_brief_alone_count_together_in_the_verdict() -> None:
+    rows = run()
+    brief = int(0.04 * (COUNT - SETTLE_S / PERIOD_S))  # each below the bound of 5 %
+    rows[60 : 60 + brief] = [limited(row, Reason.WORKSPACE) for row in rows[60 : 60 + brief]]
+    alone = rating(rows, SETTLE_S)
+    rows[90 : 90 + brief] = [limited(row, Reason.ROUGH) for row in rows[90 : 90 + brief]]
+    together = rating(rows, SETTLE_S)
+    assert alone == "good"
+    assert together.startswith("rough: a limit kept the hand from its goal for 0.0")
+    assert "; the goal was in doubt for 0.0" in together

@@ -13,7 +13,7 @@ __all__ += ["taken_depth", "taken_image", "taken_mask"]
 __all__ += ["Tracker", "View", "__version__", "backend", "backends", "ellipsoid_colors"]
 __all__ += ["fit_body", "fit_paper", "force_backend"]
 __all__ += ["Lighting", "Paint", "Scene", "Soup", "paper_scores", "pose_from_masks"]
-__all__ += ["poses_from_masks"]
+__all__ += ["Measurement", "Motion", "MotionModel", "MotionPrior", "Noise", "poses_from_masks"]
 __all__ += ["initial_body", "silhouette_ious", "surface_coverage"]
 __all__ += ["exact_arccos", "exact_arcsin", "exact_arctan", "exact_arctan2"]
 __all__ += ["exact_cos", "exact_eigh", "exact_exp", "exact_expm1"]
@@ -421,6 +421,94 @@ class Soup:
 
         Raises: BodyError: there are too many cells.
         """
+
+@final
+class MotionModel:
+    """
+    A motion model of one coordinate, driven by white-noise jerk of density `jerk` per s² and root
+    s.
+    """
+
+    @staticmethod
+    def singer(jerk: float, lasting_s: float) -> MotionModel:
+        """Makes a model whose acceleration decays with time constant `lasting_s` (Singer model)."""
+    @staticmethod
+    def oscillation(jerk: float, period_s: float) -> MotionModel:
+        """Makes a model of an oscillation about any position, with period `period_s`."""
+    def moved(self, span_s: float) -> NDArray[np.float64]:
+        """Returns (3, 3): what position, speed and acceleration become in a time."""
+
+@final
+class MotionPrior:
+    """The expected kinds of motion, and the correlation time of estimation errors.
+
+    At rest, the position is a random walk of `rest` per root s; in motion, it follows one of
+    several models. Each mode lasts about `change_s`. Errors that estimates share decay with
+    `lasting_s`.
+    """
+
+    def __new__(
+        cls, rest: float, models: Sequence[MotionModel], change_s: float, lasting_s: float
+    ) -> Self: ...
+
+@final
+class Noise:
+    """The uncertainty of an estimate.
+
+    `fresh` is the covariance (n, n) of errors that are independent in each estimate, `lasting` the
+    standard deviation, along any axis, of errors that successive estimates share. Earlier shared
+    errors decay within `fading_s`, faster than new ones arise if the estimates have become certain.
+    """
+
+    def __new__(cls, fresh: NDArray[np.float64], lasting: float, fading_s: float) -> Self: ...
+
+@final
+class Measurement:
+    """A measurement of a motion."""
+
+    @staticmethod
+    def along(axes: NDArray[np.float64], noise: Noise) -> Measurement:
+        """Returns the measurement of an estimate along axes (k, n): position plus shared error."""
+    @staticmethod
+    def of_place(axes: NDArray[np.float64], spread: NDArray[np.float64]) -> Measurement:
+        """
+        Returns a measurement of the position along axes (k, n), of covariance `spread` (n, n).
+        """
+    def and_resting(self, axes: NDArray[np.float64], speed: float) -> Measurement:
+        """Adds the pseudo-measurement of zero speed along axes (m, n), of deviation `speed`."""
+
+@final
+class Motion:
+    """Coordinates (n,), their speed and acceleration, and the shared error of estimates.
+
+    Kalman filters, one for rest and one for each motion model, are weighted by their likelihood:
+    interacting multiple models. The state (4 n,) of each is (offset, speed, acceleration, shared
+    error of estimates), and offsets are relative to a reference that `settle` moves. It is made of
+    an estimate at the reference, and the initial standard deviations of speed and acceleration.
+    """
+
+    def __new__(cls, prior: MotionPrior, noise: Noise, spread: tuple[float, float]) -> Self: ...
+    @property
+    def going(self) -> float:
+        """The probability of motion, 0 to 1."""
+    def ahead(self, span_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Predicts state (4 n,) and covariance (4 n, 4 n) at a time after the newest estimate."""
+    def advance(self, elapsed_s: float, noise: Noise) -> None:
+        """
+        Advances all filters to the time of an estimate with the given noise; raises ServoError.
+        """
+    def correct(
+        self, measurement: Measurement, offset: NDArray[np.float64], nis_gate: float
+    ) -> float:
+        """Corrects by a measurement, given as its offset (k,) from the value at the reference.
+
+        Returns the normalised innovation squared (NIS) of the filter that fits better; beyond
+        `nis_gate` the measurement is down-weighted. Raises ServoError.
+        """
+    def inflate(self, unknown: NDArray[np.float64]) -> None:
+        """Adds a covariance (n, n) to that of the offset; raises ServoError."""
+    def settle(self) -> NDArray[np.float64]:
+        """Moves the reference to the estimated position; returns the shift, (n,)."""
 
 @final
 class Paint:

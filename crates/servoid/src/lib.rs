@@ -9,6 +9,7 @@ mod parallel;
 pub mod pose;
 #[cfg(feature = "render")]
 pub mod render;
+pub mod servo;
 pub mod shape;
 mod simd;
 pub mod track;

@@ -16,6 +16,7 @@ mod lens;
 mod mass;
 mod mesh;
 mod modelling;
+mod motion;
 mod one_step;
 mod points;
 mod pyramid;

@@ -5,10 +5,10 @@ from typing import Protocol
 
 import numpy as np
 
+from servoid._native import Measurement, Motion, MotionModel, MotionPrior, Noise
 from servoid.errors import ServoError
 from servoid.pose import Floats, Pose, exact
 from servoid.servo.belief.jumps import GateResult, Jumps
-from servoid.servo.belief.motion import Measurement, Motion, MotionPrior, Noise, Oscillation, Singer
 from servoid.servo.belief.unobservable_turns import UnobservableTurns, UnsureEstimate
 from servoid.servo.law.moving import change_between, cross_matrix, shifted_and_turned
 from servoid.servo.settings import TargetSettings
@@ -333,16 +333,17 @@ def _doubt(estimate: TargetEstimate) -> float:
 def _priors(settings: TargetSettings) -> tuple[MotionPrior, MotionPrior]:
     """Return the expected translation and rotation of an object."""
     lasting = settings.change_s, settings.fading_s
-    swings = (Oscillation(settings.swinging_jerk, settings.period_s),) if settings.period_s else ()
-    shifts = (
-        Singer(settings.linear_jerk, settings.going_s),
-        Singer(settings.gliding_jerk, settings.gliding_s),
-        *swings,
-    )
-    turns = (
-        Singer(settings.angular_jerk, settings.turning_s),
-        Singer(settings.rolling_jerk, settings.gliding_s),
-    )
+    singer, oscillation = MotionModel.singer, MotionModel.oscillation
+    shifts = [
+        singer(settings.linear_jerk, settings.going_s),
+        singer(settings.gliding_jerk, settings.gliding_s),
+    ]
+    if settings.period_s:
+        shifts.append(oscillation(settings.swinging_jerk, settings.period_s))
+    turns = [
+        singer(settings.angular_jerk, settings.turning_s),
+        singer(settings.rolling_jerk, settings.gliding_s),
+    ]
     return (
         MotionPrior(settings.linear_rest, shifts, *lasting),
         MotionPrior(settings.angular_rest, turns, *lasting),

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from tiers import tiered
 
+from servoid._native import Measurement, Motion, MotionModel, MotionPrior, Noise
+from servoid.errors import ServoError
 from servoid.pose.exact import Floats
-from servoid.servo.belief.motion import Measurement, Motion, MotionPrior, Noise, Oscillation, Singer
 from servoid.servo.settings import HandSettings, TargetSettings
 
 PERIOD_S, RATE_HZ, DELAY_S = 0.008, 30.0, 0.04
@@ -19,15 +20,15 @@ def lasting() -> tuple[float, float]:
     return TargetSettings().change_s, TargetSettings().fading_s
 
 
-def prior(unit: float = 1.0, tick: float = 1.0, *swings: Oscillation) -> MotionPrior:
+def prior(unit: float = 1.0, tick: float = 1.0, *swings: MotionModel) -> MotionPrior:
     """Return how an object shifts, in other units of space and time if asked for."""
     target_settings = TargetSettings()
     jerk = unit / tick**2.5
-    models = (
-        Singer(target_settings.linear_jerk * jerk, target_settings.going_s * tick),
-        Singer(target_settings.gliding_jerk * jerk, target_settings.gliding_s * tick),
+    models = [
+        MotionModel.singer(target_settings.linear_jerk * jerk, target_settings.going_s * tick),
+        MotionModel.singer(target_settings.gliding_jerk * jerk, target_settings.gliding_s * tick),
         *swings,
-    )
+    ]
     change_s, lasting_s = lasting()
     return MotionPrior(
         target_settings.linear_rest * unit / tick**0.5, models, change_s * tick, lasting_s * tick
@@ -140,10 +141,10 @@ def test_units_of_space_and_time_change_nothing() -> None:
 
 def test_an_error_that_lasts_is_not_taken_for_motion_at_once_but_in_the_end() -> None:
     target_settings = TargetSettings()
-    models = (
-        Singer(target_settings.angular_jerk, target_settings.turning_s),
-        Singer(target_settings.rolling_jerk, target_settings.gliding_s),
-    )
+    models = [
+        MotionModel.singer(target_settings.angular_jerk, target_settings.turning_s),
+        MotionModel.singer(target_settings.rolling_jerk, target_settings.gliding_s),
+    ]
     turning = MotionPrior(target_settings.angular_rest, models, *lasting())
     motion = Motion(turning, noise(0.001, 0.4), (1.0, 1.0))
     found = []
@@ -172,7 +173,7 @@ def test_covariances_stay_symmetric_and_positive() -> None:
 
 def error_behind(period_s: float, known_s: float, amplitude: float, seed: int) -> float:
     """Return the RMS error in m of a hand behind a swing whose period is said to be known."""
-    swings = (Oscillation(TargetSettings().swinging_jerk, known_s),) if known_s else ()
+    swings = [MotionModel.oscillation(TargetSettings().swinging_jerk, known_s)] if known_s else []
 
     def path(time_s: float) -> float:
         return amplitude * (1.0 - float(np.cos(2.0 * np.pi * time_s / period_s)))
@@ -197,7 +198,7 @@ def test_a_period_that_is_wrong_costs_half_of_the_error_at_most(share: float) ->
 
 
 def test_swings_go_on_as_harmonic_oscillators_do_about_any_middle() -> None:
-    swing = Oscillation(1.0, 3.0)
+    swing = MotionModel.oscillation(1.0, 3.0)
     np.testing.assert_allclose(swing.moved(0.7), swing.moved(0.4) @ swing.moved(0.3), atol=1e-12)
     np.testing.assert_allclose(swing.moved(3.0), np.eye(3), atol=1e-12)
     rate = 2.0 * np.pi / 3.0
@@ -205,3 +206,84 @@ def test_swings_go_on_as_harmonic_oscillators_do_about_any_middle() -> None:
     states = np.stack([5.0 - np.cos(rate * times), rate * np.sin(rate * times),
                        rate**2 * np.cos(rate * times)])  # fmt: skip
     np.testing.assert_allclose(swing.moved(1.3) @ states[:, 0], states[:, 1], atol=1e-12)
+
+
+class NumpyMotion:
+    """The same bank of filters, written out with whole matrices."""
+
+    def __init__(self, jerk: float, rest: float, change_s: float, sigma: float) -> None:
+        self.jerk, self.rest, self.change_s, self.sigma = jerk, rest, change_s, sigma
+        start = np.diag([sigma**2, 0.3**2, 0.2**2])
+        self.weights = np.array([0.5, 0.5])
+        self.states = np.zeros((2, 3))
+        self.spreads = np.stack([np.diag([sigma**2, 0.0, 0.0]), start])
+
+    def steps(self, span: float) -> list[tuple[Floats, Floats]]:
+        going = MotionModel.singer(self.jerk, 2.0).moved(span)
+        fine = span * (np.arange(20000) + 0.5) / 20000  # the integral of the jerk's effect
+        effect = np.stack([0.5 * fine**2, fine, np.ones_like(fine)])
+        drive = self.jerk**2 * span * (effect @ effect.T) / 20000
+        rest = np.diag([1.0, 0.0, 0.0])
+        return [(rest, self.rest**2 * span * rest), (going, drive)]
+
+    def joined(self, weights: Floats) -> tuple[Floats, Floats]:
+        mean = weights @ self.states
+        apart = self.states - mean
+        outer = apart[:, :, None] * apart[:, None]
+        return mean, np.einsum("m,mij->ij", weights, self.spreads + outer)
+
+    def step(self, elapsed: float, place: float, nis_gate: float) -> float:
+        stays = 0.5 * (1.0 + np.exp(-2.0 * elapsed / self.change_s))
+        change = np.array([[stays, 1.0 - stays], [1.0 - stays, stays]])
+        shares = change * self.weights[:, None]
+        self.weights = shares.sum(axis=0)
+        mixed = [self.joined(share) for share in (shares / self.weights).T]
+        self.states, self.spreads = (np.array(one) for one in zip(*mixed, strict=True))
+        for mode, (go, drive) in enumerate(self.steps(elapsed)):
+            self.states[mode] = go @ self.states[mode]
+            self.spreads[mode] = go @ self.spreads[mode] @ go.T + drive
+        gaps, sees = place - self.states[:, 0], self.sigma**2
+        nis = float(np.min(gaps**2 / (self.spreads[:, 0, 0] + sees)))
+        sees *= max(1.0, nis / nis_gate)
+        whole = self.spreads[:, 0, 0] + sees
+        gains = self.spreads[:, :, 0] / whole[:, None]
+        self.states += gains * gaps[:, None]
+        self.spreads -= gains[:, :, None] * self.spreads[:, None, 0, :]
+        self.weights = self.weights * np.exp(-0.5 * gaps**2 / whole) / np.sqrt(whole)
+        self.weights /= self.weights.sum()
+        return nis
+
+
+def test_the_filters_of_the_core_are_those_written_out_with_numpy() -> None:
+    random = np.random.default_rng(4)
+    jerk, rest, change_s = 0.7, 0.001, 1.5
+    slow = NumpyMotion(jerk, rest, change_s, NOISE)
+    model = MotionPrior(rest, [MotionModel.singer(jerk, 2.0)], change_s, 3.0)
+    fast = Motion(model, noise(NOISE), (0.3, 0.2))
+    reference = 0.0
+    for index in range(60):
+        elapsed = random.uniform(0.005, 0.1)
+        place = 0.002 * max(0, index - 20) + NOISE * random.normal() + 0.05 * (index == 40)
+        wanted = slow.step(elapsed, place, 16.0)
+        fast.advance(elapsed, noise(NOISE))
+        found = fast.correct(seen(NOISE), np.array([place - reference]), 16.0)
+        reference += fast.settle()[0]
+        state, spread = fast.ahead(0.0)
+        mean, covariance = slow.joined(slow.weights)
+        assert found == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+        assert fast.going == pytest.approx(slow.weights[1], abs=1e-6)
+        assert reference + state[0] == pytest.approx(mean[0], abs=1e-9)
+        np.testing.assert_allclose(state[1:3], mean[1:], atol=1e-7)
+        np.testing.assert_allclose(spread[:3, :3], covariance, atol=1e-8)
+    assert slow.weights[1] > 0.9
+
+
+def test_a_measurement_that_does_not_fit_the_motion_is_refused_and_changes_nothing() -> None:
+    motion = Motion(prior(), noise(NOISE), (0.3, 0.2))
+    before = motion.ahead(0.1)
+    with pytest.raises(ServoError, match="offset of a measurement must have 1 numbers"):
+        motion.correct(seen(NOISE), np.zeros(2), 16.0)
+    with pytest.raises(ServoError, match="positive and finite covariance"):
+        motion.correct(seen(float("nan")), np.zeros(1), 16.0)
+    for one, other in zip(before, motion.ahead(0.1), strict=True):
+        np.testing.assert_array_equal(one, other)

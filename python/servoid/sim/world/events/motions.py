@@ -16,7 +16,7 @@ def row_of(pose: Pose) -> Floats:
 
 def pose_of(row: Floats | Sequence[float]) -> Pose:
     """Return a row (7,) as a pose."""
-    return Pose.from_parts([float(x) for x in row[4:]], [float(x) for x in row[:4]])
+    return Pose.from_parts(row[4:], row[:4])
 
 
 def unit_row(numbers: Sequence[float] | Floats) -> Floats:

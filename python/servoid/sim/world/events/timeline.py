@@ -21,17 +21,26 @@ class Timeline:
     def __init__(self, settings: WorldSettings, world_from_start: Pose, path: Path) -> None:
         self._settings, self._world_from_start, self._path = settings, world_from_start, path
         self.path_starts_s: float | None = None
+        teleports = [one for one in settings.faults if isinstance(one, Teleport)]
+        self._leaps = [
+            (one.at_s, one.by, Pose.exp([0.0, 0.0, 0.0, *one.turn])) for one in teleports
+        ]
+        self._last: tuple[float, Pose] | None = None
 
     def world_from_object_at(self, time_s: float) -> Pose:
         """Return the pose of the object."""
         since = self._since_start(time_s)
+        # Cached, as the truth is requested several times for the same time.
+        if self._last is not None and self._last[0] == since:
+            return self._last[1]
         pose = self._path.start_from_object(since)
-        for fault in self._settings.faults:
-            if isinstance(fault, Teleport) and since >= fault.at_s:
-                place = np.add(pose.translation, fault.by)
-                turn = Pose.exp([0.0, 0.0, 0.0, *fault.turn]) @ pose
-                pose = Pose.from_parts(place.tolist(), turn.quaternion)
-        return self._world_from_start @ pose
+        for at_s, by, turn in self._leaps:
+            if since >= at_s:
+                place = np.add(pose.translation, by)
+                pose = Pose.from_parts(place, (turn @ pose).quaternion)
+        pose = self._world_from_start @ pose
+        self._last = since, pose
+        return pose
 
     def twist_at(self, time_s: float) -> Floats:
         """Return the object's twist (6,) in the world: its origin's and its angular velocity."""

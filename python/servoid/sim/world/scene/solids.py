@@ -1,5 +1,6 @@
 """The collision shapes of an arm and its room, and the distances between them."""
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -59,6 +60,8 @@ class Solids:
         self._model, self._kinematics = model, kinematics
         self._data = self._mujoco.MjData(model)
         self._radii = np.array(model.geom_rbound)
+        self._bodies: list[int] = model.geom_bodyid.tolist()
+        self._moves = np.zeros((3, model.nv))
         self._flat = np.array(model.geom_type) == self._mujoco.mjtGeom.mjGEOM_PLANE
         self._pairs = np.array(list(self._possible()), np.int64).reshape(-1, 2)
         moved = self._ranks()[model.geom_bodyid] > 0
@@ -82,7 +85,7 @@ class Solids:
         """
         self._place(positions)
         distances, slopes = [], []
-        for one, other in self._pairs[self._near(within)]:
+        for one, other in self._pairs[self._near(within)].tolist():
             distance, ends = self._distance(one, other, within)
             if distance < within:
                 distances.append(distance)
@@ -148,11 +151,10 @@ class Solids:
         length = exact.norm(way)
         if length == 0.0:
             return np.zeros(len(self._kinematics.speeds))
-        normal = np.copysign(1.0, distance) * way / length
+        normal = math.copysign(1.0, distance) * way / length
         slope = np.zeros(self._model.nv)
         for sign, geom, end in zip((-1.0, 1.0), pair, ends, strict=True):
-            moves = np.zeros((3, self._model.nv))
-            body = int(self._model.geom_bodyid[geom])
-            self._mujoco.mj_jac(self._model, self._data, moves, None, end, body)
-            slope += sign * exact.product(normal, moves)
+            body = self._bodies[geom]
+            self._mujoco.mj_jac(self._model, self._data, self._moves, None, end, body)
+            slope += sign * exact.product(normal, self._moves)
         return slope[self._kinematics.speeds]

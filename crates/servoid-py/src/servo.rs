@@ -1,0 +1,158 @@
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use servoid::servo as core;
+
+use crate::errors::raise;
+
+/// A state and its covariance.
+type StateParts<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
+fn by_rows(matrix: &PyReadonlyArray2<'_, f64>) -> Vec<f64> {
+    matrix.as_array().iter().copied().collect()
+}
+
+/// A motion model of one coordinate, driven by white-noise jerk of density `jerk` per s² and root s.
+#[pyclass(frozen, from_py_object)]
+#[derive(Clone)]
+pub struct MotionModel(core::MotionModel);
+
+#[pymethods]
+impl MotionModel {
+    /// Makes a model whose acceleration decays with time constant `lasting_s` (Singer model).
+    #[staticmethod]
+    const fn singer(jerk: f64, lasting_s: f64) -> Self {
+        Self(core::MotionModel::Singer { jerk, lasting_s })
+    }
+
+    /// Makes a model of an oscillation about any position, with period `period_s`.
+    #[staticmethod]
+    const fn oscillation(jerk: f64, period_s: f64) -> Self {
+        Self(core::MotionModel::Oscillation { jerk, period_s })
+    }
+
+    /// Returns (3, 3): what position, speed and acceleration become in a time.
+    fn moved<'py>(&self, py: Python<'py>, span_s: f64) -> Bound<'py, PyArray2<f64>> {
+        PyArray2::from_owned_array(py, numpy::ndarray::arr2(&self.0.moved(span_s)))
+    }
+}
+
+/// The expected kinds of motion, and the correlation time of estimation errors.
+///
+/// At rest, the position is a random walk of `rest` per root s; in motion, it follows one of
+/// several models. Each mode lasts about `change_s`. Errors that estimates share decay with
+/// `lasting_s`.
+#[pyclass(frozen, from_py_object)]
+#[derive(Clone)]
+pub struct MotionPrior(core::MotionPrior);
+
+#[pymethods]
+impl MotionPrior {
+    #[new]
+    fn new(rest: f64, models: Vec<MotionModel>, change_s: f64, lasting_s: f64) -> Self {
+        let models = models.into_iter().map(|model| model.0).collect();
+        Self(core::MotionPrior { rest, models, change_s, lasting_s })
+    }
+}
+
+/// The uncertainty of an estimate.
+///
+/// `fresh` is the covariance (n, n) of errors that are independent in each estimate, `lasting` the
+/// standard deviation, along any axis, of errors that successive estimates share. Earlier shared
+/// errors decay within `fading_s`, faster than new ones arise if the estimates have become certain.
+#[pyclass(frozen, from_py_object)]
+#[derive(Clone)]
+pub struct Noise(core::Noise);
+
+#[pymethods]
+impl Noise {
+    #[new]
+    fn new(fresh: PyReadonlyArray2<'_, f64>, lasting: f64, fading_s: f64) -> PyResult<Self> {
+        core::Noise::new(by_rows(&fresh), lasting, fading_s).map(Self).map_err(raise)
+    }
+}
+
+/// A measurement of a motion.
+#[pyclass(frozen)]
+pub struct Measurement(core::Measurement);
+
+#[pymethods]
+impl Measurement {
+    /// Returns the measurement of an estimate along axes (k, n): position plus shared error.
+    #[staticmethod]
+    fn along(axes: PyReadonlyArray2<'_, f64>, noise: &Noise) -> PyResult<Self> {
+        core::Measurement::along(&by_rows(&axes), &noise.0).map(Self).map_err(raise)
+    }
+
+    /// Returns a measurement of the position along axes (k, n), of covariance `spread` (n, n).
+    #[staticmethod]
+    fn of_place(
+        axes: PyReadonlyArray2<'_, f64>,
+        spread: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Self> {
+        core::Measurement::of_place(&by_rows(&axes), by_rows(&spread)).map(Self).map_err(raise)
+    }
+
+    /// Adds the pseudo-measurement of zero speed along axes (m, n), of deviation `speed`.
+    fn and_resting(&self, axes: PyReadonlyArray2<'_, f64>, speed: f64) -> PyResult<Self> {
+        self.0.and_resting(&by_rows(&axes), speed).map(Self).map_err(raise)
+    }
+}
+
+/// Coordinates (n,), their speed and acceleration, and the shared error of estimates.
+///
+/// Kalman filters, one for rest and one for each motion model, are weighted by their likelihood:
+/// interacting multiple models. The state (4 n,) of each is (offset, speed, acceleration, shared
+/// error of estimates), and offsets are relative to a reference that `settle` moves. It is made of
+/// an estimate at the reference, and the initial standard deviations of speed and acceleration.
+#[pyclass]
+pub struct Motion(core::Motion);
+
+#[pymethods]
+impl Motion {
+    #[new]
+    fn new(prior: MotionPrior, noise: Noise, spread: [f64; 2]) -> Self {
+        Self(core::Motion::new(prior.0, noise.0, spread))
+    }
+
+    /// The probability of motion, 0 to 1.
+    #[getter]
+    fn going(&self) -> f64 {
+        self.0.going()
+    }
+
+    /// Predicts state (4 n,) and covariance (4 n, 4 n) at a time after the newest estimate.
+    fn ahead<'py>(&self, py: Python<'py>, span_s: f64) -> PyResult<StateParts<'py>> {
+        let core::Mixture { state, covariance } = self.0.ahead(span_s);
+        let size = state.len();
+        Ok((state.into_pyarray(py), covariance.into_pyarray(py).reshape([size, size])?))
+    }
+
+    /// Advances all filters to the time of an estimate with the given noise; raises ServoError.
+    fn advance(&mut self, elapsed_s: f64, noise: Noise) -> PyResult<()> {
+        self.0.advance(elapsed_s, noise.0).map_err(raise)
+    }
+
+    /// Corrects by a measurement, given as its offset (k,) from the value at the reference.
+    ///
+    /// Returns the normalised innovation squared (NIS) of the filter that fits better; beyond
+    /// `nis_gate` the measurement is down-weighted. Raises ServoError.
+    fn correct(
+        &mut self,
+        measurement: &Measurement,
+        offset: PyReadonlyArray1<'_, f64>,
+        nis_gate: f64,
+    ) -> PyResult<f64> {
+        let offset: Vec<f64> = offset.as_array().iter().copied().collect();
+        self.0.correct(&measurement.0, &offset, nis_gate).map_err(raise)
+    }
+
+    /// Adds a covariance (n, n) to that of the offset; raises ServoError.
+    fn inflate(&mut self, unknown: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+        self.0.inflate(&by_rows(&unknown)).map_err(raise)
+    }
+
+    /// Moves the reference to the estimated position; returns the shift, (n,).
+    fn settle<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.settle().into_pyarray(py)
+    }
+}

@@ -88,6 +88,25 @@ def parted_notes(views: Iterable[CaptureView]) -> list[str]:
     return notes
 
 
+def parted_by_stereo(
+    view: CaptureView, other: CaptureView, depth: NDArray[np.float32]
+) -> str | None:
+    """Report a view whose mask covers two surfaces by the depth that stereo measures in it.
+
+    `depth` (H, W) float32 is that depth, in metres, inside the mask. None if it covers one.
+    """
+    import cv2
+
+    mask = view.mask()
+    parting = parted_by_depth(mask, Depth(depth, view.camera.focal_px[0]))
+    if parting is None:
+        return None
+    wide = np.asarray(cv2.dilate(mask, _kernel(_AROUND_PX)), np.uint8)
+    if not _is_around(mask, depth_of_pair(view, other, wide), parting):
+        return None
+    return f"{view.name}: {parting.words}; mark the object alone"
+
+
 def _is_around(mask: NDArray[np.uint8], depth: NDArray[np.float32], parting: Parting) -> bool:
     """Return whether the far part is as far as what is around the mask, as its background is.
 
@@ -95,12 +114,15 @@ def _is_around(mask: NDArray[np.uint8], depth: NDArray[np.float32], parting: Par
     """
     import cv2
 
-    kernel = np.ones((2 * _AROUND_PX + 1,) * 2, np.uint8)
-    ring = (np.asarray(cv2.dilate(mask, kernel)) != 0) & (mask == 0)
+    ring = (np.asarray(cv2.dilate(mask, _kernel(_AROUND_PX))) != 0) & (mask == 0)
     around, far = (
         depth[part & np.isfinite(depth) & (depth > 0.0)] for part in (ring, parting.far != 0)
     )
     return len(around) > 0 and bool(np.median(around) < np.median(far) + _AS_FAR * parting.gap)
+
+
+def _kernel(reach_px: int) -> NDArray[np.uint8]:
+    return np.ones((2 * reach_px + 1,) * 2, np.uint8)
 
 
 def _has_depth(view: CaptureView) -> bool:

@@ -9,7 +9,12 @@ import numpy as np
 from servoid._native import ellipsoid_colors, silhouette_ious
 from servoid.capture import Capture, CaptureView, check_measurable
 from servoid.errors import CameraError, ModelError, TargetError
-from servoid.model.depth_agreement import check_depth_agrees, parted_notes, with_twins
+from servoid.model.depth_agreement import (
+    check_depth_agrees,
+    parted_by_stereo,
+    parted_notes,
+    with_twins,
+)
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
@@ -19,8 +24,9 @@ from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import (
     NO_RANGE_SAMPLES,
     RangeSamples,
+    depth_of_pair,
     join_range_samples,
-    range_samples_of_pair,
+    range_samples_of_depth,
     range_samples_of_views,
 )
 from servoid.model.result import Coverage, ModelResult
@@ -83,7 +89,9 @@ def fit_capture(
     if len(samples):
         check_depth_agrees(with_twins(known, [*known, *marked.others]))
     elif _from_one_side([*known, *marked.others]):
-        samples = _measured(marked, notes)
+        samples, parted = _measured(marked, notes)
+        if not marked.from_targets and not request.trust_targets:
+            doubts.extend(parted)
     alone = len(known) + len(marked.others) == 1 and not len(samples)
     if alone or distance_m is not None:
         result = fit_one_view(known[0], _distance(distance_m, alone), request)
@@ -151,7 +159,7 @@ def find_everywhere(marked: Marked, request: Request) -> list[CaptureView]:
         return list(marked.views)
     samples = join_range_samples(range_samples_of_views(marked.views))
     if not len(samples):
-        samples = _measured(marked, [])
+        samples, _ = _measured(marked, [])
     try:
         return _with_spread(marked, samples, request, [])
     except (ModelError, TargetError):
@@ -238,16 +246,25 @@ def _from_one_side(views: Sequence[CaptureView]) -> bool:
     return bool(exact.product(axes, axes.T).min() > exact.cos(np.radians(_ONE_SIDE_DEG)))
 
 
-def _measured(marked: Marked, notes: list[str]) -> RangeSamples:
-    """Measure the depth in each marked view that has another view of the same instant."""
-    parts = []
+def _measured(marked: Marked, notes: list[str]) -> tuple[RangeSamples, list[str]]:
+    """Measure the depth in each marked view that has another view of the same instant.
+
+    Return it with reports of masks that cover two surfaces.
+    """
+    parts: list[RangeSamples] = []
+    parted: list[str] = []
     for view, twin in with_twins(marked.views, [*marked.views, *marked.others]):
         check_measurable(view, twin)
         try:
-            parts.append(range_samples_of_pair(view, twin))
+            depth = depth_of_pair(view, twin)
+            note = parted_by_stereo(view, twin, depth)
         except (CameraError, TargetError) as error:
             notes.append(f"no depth from {view.name} and {twin.name}: {error}")
-    return join_range_samples(parts)
+            continue
+        place = view.camera, view.world_from_camera
+        parts.append(range_samples_of_depth(depth, view.mask(), *place))
+        parted.extend([] if note is None else [note])
+    return join_range_samples(parts), parted
 
 
 def _with_spread(

@@ -91,19 +91,12 @@ def range_samples_of_views(views: Sequence[CaptureView]) -> list[RangeSamples]:
     return found
 
 
-def range_samples_of_pair(view: CaptureView, other: CaptureView) -> RangeSamples:
-    """Measure the depth of the object in a view with a mask by stereo with another view.
+def depth_of_pair(
+    view: CaptureView, other: CaptureView, mask: NDArray[np.uint8] | None = None
+) -> NDArray[np.float32]:
+    """Measure depth inside a mask by stereo: (H, W), metres along z, NaN where unknown.
 
-    Raises:
-        CameraError, TargetError: the two cannot be matched.
-
-    """
-    depth = depth_of_pair(view, other)
-    return range_samples_of_depth(depth, view.mask(), view.camera, view.world_from_camera)
-
-
-def depth_of_pair(view: CaptureView, other: CaptureView) -> NDArray[np.float32]:
-    """Measure depth inside a view's mask by stereo: (H, W), metres along z, NaN where unknown.
+    The mask, (H, W) uint8, is by default the view's own.
 
     Raises:
         CameraError, TargetError: the two cannot be matched.
@@ -116,7 +109,7 @@ def depth_of_pair(view: CaptureView, other: CaptureView) -> NDArray[np.float32]:
         view.camera,
         other.camera,
         here_from_there,
-        mask_a=view.mask(),
+        mask_a=view.mask() if mask is None else mask,
     )
     # Without texture the match is a guess; its expected error is then large.
     sure = measured.sigma_m <= _LARGEST_ERROR * measured.depth

@@ -20,7 +20,7 @@ from servoid._native import (
 )
 from servoid.brief import brief, said
 from servoid.capture import CaptureView
-from servoid.model.misfit import misfit_notes
+from servoid.model.misfit import depth_misfit_note, misfit_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.verdict import ModelVerdict, rate_body
 from servoid.shape import MadeBy, SeenEntry, save_body
@@ -159,14 +159,20 @@ class ModelResult:
         return (*self.notes, *self._misfits(), *([] if unseen is None else [unseen]))
 
     def _misfits(self) -> list[str]:
-        return [
+        parts = (
+            ("used", self.used_views, self.iou_used),
+            ("unused", self.unused_views, self.iou_unused),
+        )
+        notes = [
             note
-            for kind, views, ious in (
-                ("used", self.used_views, self.iou_used),
-                ("unused", self.unused_views, self.iou_unused),
-            )
+            for kind, views, ious in parts
             for note in misfit_notes(kind, [view.name for view in views], ious)
         ]
+        if len(self.range_samples):
+            ious = np.concatenate([self.iou_used, self.iou_unused])
+            depth = depth_misfit_note(ious, self.fitness)
+            notes += [] if depth is None else [depth]
+        return notes
 
     def doubted(self, doubts: Iterable[str | None]) -> "ModelResult":
         """Return the result with these doubts before its own; None is none."""

@@ -47,7 +47,7 @@ class Parting:
         near, far = (int((mask != 0).sum()) for mask in (self.near, self.far))
         share = 100.0 * far / (near + far)
         return (
-            f"its mask covers two surfaces: in the depth image {share:.0f} % of it are "
+            f"its mask covers two surfaces: by its depth {share:.0f} % of it are "
             f"{self.gap:.2g} m behind the rest, and the rest is only {self.width:.2g} m wide"
         )
 

@@ -1,6 +1,7 @@
 """Doubts whether a given body is that of the object which is to be followed, and placed right."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +14,21 @@ from servoid.source import Instant, cameras_of
 from servoid.track.follower import Follower, Rememberer, depths_for
 from servoid.track.request import Subject
 
+_CONTRADICTED = 0.6  # overlap of a given body and its mask; right poses of coarse bodies reach 0.7
 _GOOD_OVERLAP = 0.85  # of a body and its own masks, 0.93 to 0.97; other bodies reach 0.5 to 0.95
 _USUAL = 0.9
 _WORSE = 0.08  # overlap below the body's fitness, of a body that is coarse itself
-_TURN = 0.5  # radians between the start and the found pose, above which they differ
+_TURN = 0.5  # radians between the start and a pose that may be right, above which they differ
+_WRONG_M, _WRONG_SHARE, _WRONG_RAD = 0.02, 0.1, np.radians(15.0)  # by which a pose is wrong
 _UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
 _UNLIKE = (
     "the images at the given start do not match the appearance in the body's file; correct the "
     "start, or leave it out to search for the object"
+)
+_ELSEWHERE = (
+    "the appearance in the body's file is recognised {mm:.0f} mm and {degrees:.0f} degrees from "
+    "the given start, so that all poses are wrong by as much; correct the start, or leave it out "
+    "to search for the object"
 )
 _OTHER = (
     "the object in the mask does not match the appearance in the body's file: its poses mean "
@@ -49,20 +57,49 @@ _LOOSE = (
 )
 
 
+@dataclass(frozen=True, eq=False)
+class Recognition:
+    """The pose at which a body's stored appearance is recognised, near that of a start.
+
+    `is_unlike` says that it is not seen where the start is, `is_sure` that the images confirm the
+    pose where it is seen instead; `off` is the distance of the two, in metres and radians.
+    """
+
+    pose: Pose
+    is_unlike: bool
+    is_sure: bool
+    off: tuple[float, float]
+
+    @property
+    def is_elsewhere(self) -> bool:
+        """Return whether it is surely recognised at another pose than that of the start."""
+        return self.is_unlike and self.is_sure
+
+
 def is_misfit(overlap: float | None, fitness: float | None) -> bool:
     """Return whether a body overlaps its masks by less than the object's own body does.
 
     `fitness` is that of the body to what it was made of, None where it is not known.
     """
-    least = _GOOD_OVERLAP if fitness is None else min(_GOOD_OVERLAP, fitness - _WORSE)
-    return overlap is not None and overlap < least
+    return overlap is not None and overlap < _least(_GOOD_OVERLAP, fitness)
 
 
-def body_doubts(subject: Subject, overlap: float | None, *, is_unlike: bool) -> list[str]:
+def is_contradicted(overlap: float | None, fitness: float | None) -> bool:
+    """Return whether masks clearly contradict a given body at its pose; as for `is_misfit`."""
+    return overlap is not None and overlap < _least(_CONTRADICTED, fitness)
+
+
+def _least(overlap: float, fitness: float | None) -> float:
+    return overlap if fitness is None else min(overlap, fitness - _WORSE)
+
+
+def body_doubts(
+    subject: Subject, overlap: float | None, recognition: Recognition | None
+) -> list[str]:
     """Report a body that is probably not the object's, or not where the object is.
 
     `overlap` is the intersection over union of its outline and the masks, None without masks;
-    `is_unlike` says that its appearance is not that of the object.
+    `recognition` is that of its stored appearance, None without one.
 
     Raises:
         TrackError: neither its appearance nor its outline is that of the object in the mask, though
@@ -74,9 +111,13 @@ def body_doubts(subject: Subject, overlap: float | None, *, is_unlike: bool) -> 
         return [_LOOSE.format(overlap=overlap, own=_USUAL)] if is_loose else []
     is_placed = subject.start is not None
     misfits = is_misfit(overlap, subject.fitness)
+    is_unlike = recognition is not None and recognition.is_unlike
     if is_unlike and misfits and not is_placed and subject.fitness is not None:
         raise TrackError(_STRANGER.format(overlap=overlap, fitness=subject.fitness))
     doubts = [_UNLIKE if is_placed else _OTHER] if is_unlike else []
+    if recognition is not None and recognition.is_elsewhere and is_placed:
+        metres, turn = recognition.off
+        doubts = [_ELSEWHERE.format(mm=1e3 * metres, degrees=np.degrees(turn))]
     if misfits:
         own = _USUAL if subject.fitness is None else min(_USUAL, subject.fitness)
         doubts.append((_MISPLACED if is_placed else _MISFIT).format(overlap=overlap, own=own))
@@ -113,21 +154,32 @@ def mask_overlaps(
     return silhouette_ious(body, views) if views else np.empty(0)
 
 
-def looks_otherwise(
+def recognised(
     make: Callable[[], Follower], instant: Instant, subject: Subject, pose: Pose
-) -> bool:
-    """Return whether the object's stored appearance is not found near the pose of the start."""
+) -> Recognition | None:
+    """Recognise the object's stored appearance near the pose of the start.
+
+    None if a given body has no appearance, or one that these cameras cannot use.
+    """
     if subject.body is None or subject.appearance is None:
-        return False
+        return None
     probe = make()
     if not isinstance(probe, Rememberer):
-        return False
+        return None
     now, poses, images = instant.time_s, instant.world_from_camera, instant.images
     try:
         probe.recall(subject.appearance)
         found = probe.find(now, poses, images, pose, **depths_for(probe, instant))
     except TrackError:  # the stored appearance does not fit these cameras: no conclusion
-        return False
-    off = (pose.inverse() @ found.world_from_object).log()
-    near = exact.norm(off[:3]) < subject.body.radii.max() and exact.norm(off[3:]) < _TURN
-    return found.confidence < _UNSEEN or not bool(near)
+        return None
+    change = (pose.inverse() @ found.world_from_object).log()
+    shift, turn = exact.norm(change[:3]), exact.norm(change[3:])
+    is_sure = found.status == "tracking"
+    reach = float(subject.body.radii.max())
+    allowed = (reach, _TURN)
+    if is_sure:
+        allowed = max(_WRONG_M, _WRONG_SHARE * 2.0 * reach), _WRONG_RAD
+    is_near = shift < allowed[0] and turn < allowed[1]
+    return Recognition(
+        found.world_from_object, found.confidence < _UNSEEN or not is_near, is_sure, (shift, turn)
+    )

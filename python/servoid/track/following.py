@@ -11,7 +11,7 @@ from servoid.source import Feed, Instant, read_instants
 from servoid.track.follower import depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
-from servoid.track.starting import Followed, begin
+from servoid.track.starting import START_IN_DOUBT, Followed, begin
 from servoid.words import counted
 
 
@@ -182,11 +182,15 @@ def _step(one: Followed, instant: Instant, may_evolve: bool) -> Tracked:
     seen = (instant.time_s, instant.world_from_camera, instant.images)
     estimate = one.tracker.step(*seen, **depths_for(one.tracker, instant))
     done = time.perf_counter()
+    notices = list(estimate.notices)
+    if one.is_wrong:
+        estimate = estimate.in_doubt(located=False)
+        notices.append(START_IN_DOUBT)
     tracked = Tracked(
         index=instant.index,
         estimate=estimate,
         seconds=done - called,
-        notices=instant.with_notices(estimate.notices),
+        notices=instant.with_notices(notices),
     )
     if may_evolve and tracked.is_tracked:
         one.begin_evolving()

@@ -16,7 +16,14 @@ from servoid.model import center_notes, find_everywhere, mark, swapped_note, vie
 from servoid.segment import Target
 from servoid.shape import NO_UNIT, body_size_note, placed
 from servoid.source import Instant, cameras_of
-from servoid.track.doubts import body_doubts, is_misfit, looks_otherwise, mask_overlaps, turn_note
+from servoid.track.doubts import (
+    body_doubts,
+    is_contradicted,
+    is_misfit,
+    mask_overlaps,
+    recognised,
+    turn_note,
+)
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
@@ -27,10 +34,10 @@ Masks = tuple[NDArray[np.uint8] | None, ...]
 _LEAST_OVERLAP = 0.1  # of a body and a mask; with less they are different objects
 _ELSEWHERE = (
     "the given start is not where the mask of the first observation is, so the mask was not used; "
-    "if it is the object's mask, correct the start or leave it out"
+    "if it is the object's mask, correct the start or leave it out; if it is another one's, mark "
+    "the object with --target"
 )
-_CONTRADICTED = 0.6  # overlap of a given body and its mask; right poses of coarse bodies reach 0.7
-_IN_DOUBT = "the pose of the start is in doubt, and no image confirms it"
+START_IN_DOUBT = "the pose of the start is in doubt, and no image confirms it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +48,8 @@ class Followed:
     modelling. `overlap` is the intersection over union of the body's outline and the masks of the
     first observation, their mean; None without masks. `doubts` are those of the notes that doubt
     the mask, the body or the pose. `is_metric` is False if the body's lengths are in an unknown
-    unit.
+    unit. `is_wrong` says that mask or appearance contradict the pose of the start, so that all
+    later poses, which follow from it, are wrong by as much.
     """
 
     name: str
@@ -54,6 +62,7 @@ class Followed:
     overlap: float | None = None
     doubts: tuple[str, ...] = ()
     is_metric: bool = True
+    is_wrong: bool = False
 
     __repr__ = brief
 
@@ -138,13 +147,18 @@ def begin(
     called = time.perf_counter()
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
-    is_unlike = known.pose is not None and looks_otherwise(
-        lambda: make(cameras, known.body, options), instant, subject, known.pose
-    )
-    doubts = body_doubts(subject, overlap, is_unlike=is_unlike)
-    is_off = _ELSEWHERE in known.doubts or (overlap is not None and overlap < _CONTRADICTED)
+    recognition = None
+    if known.pose is not None:
+        recognition = recognised(
+            lambda: make(cameras, known.body, options), instant, subject, known.pose
+        )
+    doubts = body_doubts(subject, overlap, recognition)
+    is_off = _ELSEWHERE in known.doubts or is_contradicted(overlap, subject.fitness)
     is_own = bool(subject.targets) or not has_others
+    is_unlike = recognition is not None and recognition.is_unlike
     is_elsewhere = subject.body is not None and (is_unlike or (is_off and is_own))
+    # An appearance that is not seen may look otherwise in another light; later images tell.
+    is_wrong = is_elsewhere and (is_off or (recognition is not None and recognition.is_elsewhere))
     turned = None
     if known.pose is not None and known.others and subject.appearance is None:
         turned = turn_note(known.pose, known.others)
@@ -152,8 +166,8 @@ def begin(
     notices = list(estimate.notices)
     if is_elsewhere or turned is not None:
         # That it was given does not make its pose right.
-        estimate = estimate.in_doubt(not is_elsewhere)
-        notices.append(_IN_DOUBT)
+        estimate = estimate.in_doubt(located=not is_elsewhere)
+        notices.append(START_IN_DOUBT)
     return Followed(
         name=subject.name,
         tracker=tracker,
@@ -170,6 +184,7 @@ def begin(
         overlap=overlap,
         doubts=(*known.doubts, *doubts),
         is_metric=known.is_metric,
+        is_wrong=is_wrong,
     )
 
 

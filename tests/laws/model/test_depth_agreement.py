@@ -113,3 +113,38 @@ def test_a_part_towards_the_camera_is_no_second_surface(tmp_path: Path) -> None:
     assert cv2.imwrite(str(path), depth)
     made = fit_capture(open_capture(folder), Request(max_ellipsoids=2, delta=0.0, seed=0))
     assert not any("two surfaces" in doubt for doubt in made.all_doubts)
+
+
+@pytest.mark.parametrize("is_noise", [False, True])
+def test_a_body_that_fits_its_mask_but_not_its_depth_is_doubted(
+    is_noise: bool, tmp_path: Path
+) -> None:
+    folder = Pair().write(tmp_path / "one", depths=True, cameras=1)
+    if is_noise:
+        values = np.random.default_rng(0).integers(6000, 60000, (210, 280)).astype(np.uint16)
+        for path in (folder / "depths").iterdir():
+            assert cv2.imwrite(str(path), values)
+    made = fit_capture(open_capture(folder), Request(max_ellipsoids=2, delta=0.0, seed=0))
+    told = [doubt for doubt in made.all_doubts if "the measured depth contradicts" in doubt]
+    assert bool(told) == is_noise
+    assert (made.verdict.word == "good") != is_noise
+
+
+# The right camera does not see what is close behind the left side of the object.
+@pytest.mark.parametrize(
+    ("shift_px", "is_doubted"), [(0, False), (24, True), (48, True), (-60, True)]
+)
+def test_a_mask_beside_the_object_of_a_pair_is_doubted(
+    shift_px: int, is_doubted: bool, tmp_path: Path
+) -> None:
+    folder = Pair().write(tmp_path / "pair")
+    for path in (folder / "masks").rglob("*.png"):
+        mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        assert mask is not None
+        assert cv2.imwrite(str(path), np.roll(mask, shift_px, axis=1))
+    made = fit_capture(open_capture(folder), Request(max_ellipsoids=2, delta=0.0, seed=0))
+    told = [doubt for doubt in made.all_doubts if "its mask covers two surfaces" in doubt]
+    assert bool(told) == is_doubted
+    if is_doubted:
+        assert "mark the object alone" in told[0]
+        assert made.verdict.word != "good"

@@ -7,7 +7,12 @@ from drawn_pairs import BASELINE, Pair
 
 from servoid.capture import CaptureView, open_capture
 from servoid.model.depth_gating import gate_by_depth
-from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples, range_samples_of_pair
+from servoid.model.range_samples import (
+    NO_RANGE_SAMPLES,
+    RangeSamples,
+    depth_of_pair,
+    range_samples_of_depth,
+)
 
 
 def views_of(folder: Path) -> tuple[CaptureView, CaptureView]:
@@ -21,7 +26,10 @@ def asked(
     left, right = views_of(pair.write(folder))
     region = np.full(right.image().shape[:2], 255, np.uint8)
     region[:, :60] = 0
-    known = range_samples_of_pair(left, right) if samples is None else samples
+    known = samples
+    if known is None:
+        depth = depth_of_pair(left, right)
+        known = range_samples_of_depth(depth, left.mask(), left.camera, left.world_from_camera)
     found = gate_by_depth(right, right.image(), left if twin else None, known, region)
     assert not found[region == 0].any()
     return found

@@ -9,7 +9,7 @@ from servoid.errors import TrackError
 from servoid.pose import Pose
 from servoid.shape import Body, load_body, save_body
 from servoid.sim import write_sample
-from servoid.track import Request, Subject, track_capture
+from servoid.track import Request, Subject, TrackResult, track_capture
 from servoid.track.doubts import body_doubts
 
 
@@ -50,7 +50,7 @@ def test_a_body_of_another_shape_than_its_mask_is_doubted(alone: Alone, tmp_path
 def test_a_body_that_was_modelled_and_leaves_its_mask_is_doubted(
     overlap: float | None, is_doubted: bool
 ) -> None:
-    doubts = body_doubts(Subject(), overlap, is_unlike=False)
+    doubts = body_doubts(Subject(), overlap, None)
     assert [f"overlaps its mask by {overlap} only" in one for one in doubts] == [True] * is_doubted
 
 
@@ -82,14 +82,45 @@ def test_a_coarse_body_of_the_object_itself_is_not_refused(alone: Alone, tmp_pat
     assert "overlaps the mask by" not in words
 
 
-@pytest.mark.parametrize("aside_m", [0.0, 0.04, 0.15])
-def test_a_start_that_its_mask_contradicts_is_not_tracking(aside_m: float, alone: Alone) -> None:
+def followed(alone: Alone, move: list[float], *, knows_look: bool) -> TrackResult:
+    """Track the toy with its body, from a start that is moved from the right one."""
     file = load_body(alone.folder / "body.json")
-    start = Pose.exp([aside_m, 0.0, 0.0, 0.0, 0.0, 0.0]) @ alone.points[0].world_from_object
-    subject = Subject(body=file.body(), start=start, fitness=file.fitness)
-    first = track_capture(alone.recording.capture, [subject], Request(seed=0))[0].tracked[0]
-    if aside_m:
-        assert (first.estimate.status, first.estimate.confidence) == ("searching", 0.0)
-        assert "the pose of the start is in doubt, and no image confirms it" in first.notices
-    else:
-        assert first.estimate.status == "tracking" and not first.notices
+    first = alone.points[0].world_from_object
+    start = Pose.exp(move[:3] + [0.0] * 3) @ first @ Pose.exp([0.0] * 3 + move[3:])
+    subject = Subject(
+        body=file.body(),
+        start=start,
+        fitness=file.fitness,
+        appearance=file.look() if knows_look else None,
+    )
+    return track_capture(alone.recording.capture, [subject], Request(seed=0))[0]
+
+
+@pytest.mark.parametrize("aside_m", [0.0, 0.04, 0.15])
+def test_no_pose_is_tracking_that_follows_from_a_start_that_its_mask_contradicts(
+    aside_m: float, alone: Alone
+) -> None:
+    tracked = followed(alone, [aside_m, 0.0, 0.0, 0.0, 0.0, 0.0], knows_look=False).tracked
+    if not aside_m:
+        assert all(one.is_tracked and not one.notices for one in tracked)
+        return
+    for one in tracked:
+        assert (one.estimate.status, one.estimate.confidence) == ("searching", 0.0)
+        assert "the pose of the start is in doubt, and no image confirms it" in one.notices
+
+
+@pytest.mark.parametrize(
+    ("move", "words"),
+    [
+        ([0.0, 0.0, 0.03, 0.0, 0.0, 0.0], "30 mm and 0 degrees"),
+        ([0.0, 0.0, 0.0, 0.0, 0.35, 0.0], "0 mm and 20 degrees"),
+    ],
+)
+def test_no_pose_is_tracking_whose_start_is_not_where_the_look_is_recognised(
+    move: list[float], words: str, alone: Alone
+) -> None:
+    right = followed(alone, [0.0] * 6, knows_look=True)
+    assert right.verdict == "good" and right.tracked_share == 1.0
+    wrong = followed(alone, move, knows_look=True)
+    assert wrong.verdict == "poor" and wrong.tracked_count == 0
+    assert any(f"recognised {words} from the given start" in doubt for doubt in wrong.doubts)

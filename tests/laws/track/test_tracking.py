@@ -102,7 +102,7 @@ def test_a_saved_body_is_tracked_on_from_any_pose_of_the_track(
 def test_a_start_where_the_object_does_not_look_as_it_is_remembered_is_said(
     alone: Alone, tmp_path: Path
 ) -> None:
-    body, words = alone.folder / "body.json", "do not match the appearance in the body's file"
+    body, words = alone.folder / "body.json", "the appearance in the body's file is recognised"
     begins = pose_text(alone.points[0].world_from_object)
     for start, unlike in (("body", True), (begins, False)):
         options = ("--body", body, "--start", start, "--observations", ":2")

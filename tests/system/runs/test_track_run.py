@@ -157,7 +157,7 @@ def test_a_mask_that_is_not_where_the_start_says_is_not_used_and_that_is_said(
     [result] = track_capture(open_capture(video), [known(start=start)])
     assert fake_core.made[0].calls[0][1]["masks"] is None
     assert any("is not where the mask of the first" in note for note in result.notes)
-    assert [one.is_tracked for one in result.tracked] == [False, *[True] * 5]
+    assert not any(one.is_tracked for one in result.tracked)
 
 
 def test_a_body_without_a_start_is_placed_in_the_mask_or_the_target(

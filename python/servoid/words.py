@@ -63,6 +63,12 @@ def four_digits(number: float) -> str:
     return np.format_float_positional(number, precision=4, fractional=False, trim="-")
 
 
+def lengths(values: Sequence[float]) -> str:
+    """Format lengths with the same number of decimals: three digits of the longest."""
+    decimals = max(0, 2 - math.floor(math.log10(max(values))))
+    return " × ".join(f"{value:.{decimals}f}" for value in values)
+
+
 def hundredths(number: float) -> str:
     """Format a number with two decimals, and zero without a sign."""
     text = f"{number:.2f}"

@@ -136,7 +136,13 @@ pub fn read_numbers<const K: usize>(
 /// Reads K numbers of a list or a tuple, ten times as fast as by an array; `None` if it is neither,
 /// or has other items.
 fn plain_numbers<const K: usize>(given: &Bound<'_, PyAny>) -> Option<[f64; K]> {
-    let number = |item: Bound<'_, PyAny>| item.cast::<PyFloat>().ok().map(|x| x.value());
+    let number = |item: Bound<'_, PyAny>| {
+        if let Ok(number) = item.cast::<PyFloat>() {
+            return Some(number.value());
+        }
+        // True and False are whole numbers, too, but no lengths.
+        item.cast_exact::<PyInt>().ok()?.extract().ok()
+    };
     let numbers: Vec<f64> = if let Ok(list) = given.cast::<PyList>() {
         list.iter().map(number).collect::<Option<_>>()?
     } else {

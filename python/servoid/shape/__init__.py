@@ -1,7 +1,7 @@
 """Bodies: rigid sets of ellipsoids, and their files."""
 
 from servoid._native import Body
-from servoid.shape.bodies import NO_UNIT, body_size_note, placed
+from servoid.shape.bodies import NO_UNIT, body_sides, body_size_note, placed
 from servoid.shape.body_file import (
     BodyFile,
     EllipsoidEntry,

@@ -4,7 +4,7 @@ import numpy as np
 
 from servoid._native import Body, Pose
 from servoid.config import size_note
-from servoid.pose import exact
+from servoid.pose import Floats, exact
 
 
 def placed(body: Body, world_from_object: Pose) -> Body:
@@ -25,13 +25,17 @@ NO_UNIT = (
 """What is wrong with a body whose file says that its unit is unknown."""
 
 
-def body_size_note(body: Body) -> str | None:
-    """Report a body that is implausibly large or small for one in metres, else return None."""
+def body_sides(body: Body) -> Floats:
+    """Return the size of a body along the axes of its frame, (3,) float64 in its unit."""
     reach = np.array(
         [
             exact.lengths(Pose.from_parts([0.0, 0.0, 0.0], turn).matrix()[:3, :3] * radii)
             for turn, radii in zip(body.rotations, body.radii, strict=True)
         ]
     )
-    sides_m = (body.centers + reach).max(axis=0) - (body.centers - reach).min(axis=0)
-    return size_note("the body", sides_m)
+    return (body.centers + reach).max(axis=0) - (body.centers - reach).min(axis=0)
+
+
+def body_size_note(body: Body) -> str | None:
+    """Report a body that is implausibly large or small for one in metres, else return None."""
+    return size_note("the body", body_sides(body))

@@ -22,10 +22,11 @@ from servoid.capture import open_capture
 from servoid.model import ModelResult, RangeSamples, Request, fit, fit_mesh
 from servoid.model.verdict import rate_body
 from servoid.view import write_report
-from servoid.view.model.html_page import _fitness_words, _lengths, _rows
+from servoid.view.model.html_page import _fitness_words, _rows
 from servoid.view.page import INK, QUIET_INK
 from servoid.view.page_parts import fill
 from servoid.view.scores import UNUSED_COLOR, USED_COLOR, ScoredView, scored_views, verdict
+from servoid.words import lengths
 
 VOID = {"meta", "img", "link", "br"}
 
@@ -289,8 +290,8 @@ def test_each_head_of_a_table_says_what_it_heads() -> None:
 
 
 def test_lengths_have_as_many_decimals_each() -> None:
-    assert _lengths([208.0, 222.71, 164.25]) == "208 × 223 × 164"
-    assert _lengths([1.234, 12.34, 0.5]) == "1.2 × 12.3 × 0.5"
+    assert lengths([208.0, 222.71, 164.25]) == "208 × 223 × 164"
+    assert lengths([1.234, 12.34, 0.5]) == "1.2 × 12.3 × 0.5"
 
 
 @pytest.fixture(scope="module")

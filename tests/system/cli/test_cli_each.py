@@ -94,6 +94,20 @@ def test_a_capture_that_was_modelled_is_modelled_again_only_if_it_changed(
     assert len(list((tmp_path / "all" / "trials" / "captures").iterdir())) == 2
 
 
+def test_no_body_stays_of_a_capture_that_can_no_longer_be_modelled(
+    captures: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    folder = tmp_path / "captures"
+    shutil.copytree(captures / "bird", folder / "bird")
+    command = ("model", folder, "--each", "--out", tmp_path / "all", "--workers", 1, *FAST)
+    assert servoid_command(*command).code == 0
+    assert (tmp_path / "all" / "bird.json").is_file()
+    for mask in (folder / "bird").rglob("masks/**/*.png"):
+        mask.write_text("no image")
+    assert servoid_command(*command).code == 1
+    assert not (tmp_path / "all" / "bird.json").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

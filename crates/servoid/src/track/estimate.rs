@@ -124,7 +124,8 @@ pub enum Notice {
     /// What was marked as the object is more than one thing.
     #[error(
         "points that were marked as the object move otherwise than the rest: the mask holds more than \
-         one thing, and which of them is meant is not known; mark the object alone"
+         one thing, and which of them is meant is not known; or the cameras are out of step, or their \
+         calibration is wrong; mark the object alone, or check these"
     )]
     Parted,
     /// Part of the object is hidden.

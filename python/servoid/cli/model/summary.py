@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from servoid.capture import CaptureView
 from servoid.cli.rows import Row, wrapped
 from servoid.model import ModelResult
-from servoid.words import counted
+from servoid.pose import exact
+from servoid.shape import body_sides
+from servoid.words import counted, lengths
 
 _LABEL_WIDTH = 15
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
@@ -35,6 +37,7 @@ def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[
         yield "", _ious("unused", result.unused_views, result.iou_unused)
     if len(result.range_samples):
         yield "range samples", f"{len(result.range_samples)}"
+    yield "size", _size(result)
     if result.coverage is not None:
         yield "surface seen", f"{100.0 * result.coverage.share:.0f} %"
     yield "seconds", f"{result.seconds:.2f}"
@@ -44,6 +47,20 @@ def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[
     for note in result.all_notes:
         if note not in result.all_doubts:
             yield from wrapped("note", note, _VALUE_WIDTH)
+
+
+def _size(result: ModelResult) -> str:
+    """Describe the size of the body, and how far it is from the first camera that saw it."""
+    sides, unit = body_sides(result.body), "of an unknown unit"
+    if result.is_metric:
+        sides, unit = 1000.0 * sides, "mm"
+    text = f"{lengths(sides.tolist())} {unit}"
+    if not result.used_views:
+        return text
+    view = result.used_views[0]
+    camera_from_body = view.world_from_camera.inverse() @ result.body.world_from_object
+    away = f"{exact.norm(np.array(camera_from_body.translation)):.3g}"
+    return f"{text}, {away} {'m ' if result.is_metric else ''}from the first view"
 
 
 def _ious(kind: str, views: Sequence[CaptureView], ious: NDArray[np.float64]) -> str:

@@ -295,9 +295,9 @@ def _request(order: TrackOrder) -> Request:
 
 def _note(step: TrackStep) -> str:
     """Describe the status of the objects in a few words."""
-    words = [f"{one.estimate.status} {one.estimate.confidence:.0%}" for one in step.tracked[:3]]
+    words = [f"{one.words}, confidence {one.estimate.confidence:.0%}" for one in step.tracked[:3]]
     spent = sum(one.seconds for one in step.tracked)
-    return ", ".join(words) + (f", {1.0 / spent:.0f} Hz" if spent > 0.0 else "")
+    return "; ".join(words) + (f", {1.0 / spent:.0f} Hz" if spent > 0.0 else "")
 
 
 def _write(

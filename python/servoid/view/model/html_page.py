@@ -1,13 +1,13 @@
 """Builds the report as one self-contained page: text, pictures, and an interactive view."""
 
 import html
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from servoid.model import GOOD_IOU, ModelResult, PaperSettings
+from servoid.shape import body_sides
 from servoid.view.body_picture import (
     FROM_AHEAD,
     frustum,
@@ -35,7 +35,7 @@ from servoid.view.scores import (
     verdict,
 )
 from servoid.view.turntable import Frustum, around, turntable_scene
-from servoid.words import counted, four_digits
+from servoid.words import counted, four_digits, lengths
 
 _FRUSTUM_SHARE = 0.085  # share of the distance of the farthest camera
 
@@ -93,15 +93,13 @@ def _words(result: ModelResult, scored: list[ScoredView]) -> Iterator[str]:
         f"{score_words(scored, len(result.body))}; fitness F {result.fitness:.4f}. "
         f"{_fitness_words(result)}"
     )
-    solids = solids_in_world(result.body, result.colors)
-    axes = result.body.world_from_object.matrix()[:3, :3].T
-    spans = (high - low for low, high in (solids.extent(axis) for axis in axes))
+    spans = body_sides(result.body).tolist()
     volume_m3 = result.body.mass_properties()[0]
     if result.is_metric:
-        size = f"{_lengths([1000.0 * float(span) for span in spans])} mm"
+        size = f"{lengths([1000.0 * span for span in spans])} mm"
         volume = f"{four_digits(1e6 * volume_m3)} cm³"
     else:
-        size = f"{_lengths([float(span) for span in spans])} of an unknown unit"
+        size = f"{lengths(spans)} of an unknown unit"
         volume = f"{four_digits(volume_m3)} cubic units"
     yield (
         f"It measures {size} along x, y and z of its frame, which are its principal axes of "
@@ -146,12 +144,6 @@ def _fitness_words(result: ModelResult) -> str:
             "in which the volume counts more"
         )
     return f"F is the mean intersection over union {of}; 1 is a perfect fit."
-
-
-def _lengths(values: list[float]) -> str:
-    """Return lengths with the same number of decimals: three digits of the longest."""
-    decimals = max(0, 2 - math.floor(math.log10(max(values))))
-    return " × ".join(f"{value:.{decimals}f}" for value in values)
 
 
 def _legend(scored: list[ScoredView]) -> str:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from servoid._native import Body, Pose, View, silhouette_ious
 from servoid.capture import Capture
 from servoid.errors import TrackError
-from servoid.pose import exact
+from servoid.pose import Floats, exact
 from servoid.source import Instant, cameras_of
 from servoid.track.follower import Follower, Rememberer, depths_for
 from servoid.track.request import Subject
@@ -20,6 +20,7 @@ _USUAL = 0.9
 _WORSE = 0.08  # overlap below the body's fitness, of a body that is coarse itself
 _TURN = 0.5  # radians between the start and a pose that may be right, above which they differ
 _WRONG_M, _WRONG_SHARE, _WRONG_RAD = 0.02, 0.1, np.radians(15.0)  # by which a pose is wrong
+_MOSTLY_TURN = 0.7  # share of rotation in a unit motion from which on it counts as a rotation
 _UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
 _UNLIKE = (
     "the images at the given start do not match the appearance in the body's file; correct the "
@@ -124,6 +125,18 @@ def body_doubts(
     return doubts
 
 
+def _observable_turn(turn: Floats, unobservable: Floats) -> float:
+    """Return the angle of a rotation vector (3,) without its parts that images do not observe.
+
+    `unobservable` (n, 6) are unit motions in the object's frame.
+    """
+    axes = unobservable[:, 3:]
+    axes = axes[exact.lengths(axes) > _MOSTLY_TURN]
+    for axis in axes:
+        turn = turn - exact.dot(turn, axis) / exact.dot(axis, axis) * axis
+    return exact.norm(turn)
+
+
 def turn_note(pose: Pose, others: Sequence[Pose]) -> str:
     """Report that the orientation at the start may be another one."""
     turns = [exact.norm((pose.inverse() @ other).log()[3:]) for other in others]
@@ -173,7 +186,7 @@ def recognised(
     except TrackError:  # the stored appearance does not fit these cameras: no conclusion
         return None
     change = (pose.inverse() @ found.world_from_object).log()
-    shift, turn = exact.norm(change[:3]), exact.norm(change[3:])
+    shift, turn = exact.norm(change[:3]), _observable_turn(change[3:], found.unobservable)
     is_sure = found.status == "tracking"
     reach = float(subject.body.radii.max())
     allowed = (reach, _TURN)

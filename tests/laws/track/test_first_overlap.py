@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from recordings import Alone, pose_text, run_servoid
 
@@ -10,7 +11,7 @@ from servoid.pose import Pose
 from servoid.shape import Body, load_body, save_body
 from servoid.sim import write_sample
 from servoid.track import Request, Subject, TrackResult, track_capture
-from servoid.track.doubts import body_doubts
+from servoid.track.doubts import _observable_turn, body_doubts
 
 
 def words_of(folder: Path, alone: Alone, *options: object) -> str:
@@ -124,3 +125,13 @@ def test_no_pose_is_tracking_whose_start_is_not_where_the_look_is_recognised(
     wrong = followed(alone, move, knows_look=True)
     assert wrong.verdict == "poor" and wrong.tracked_count == 0
     assert any(f"recognised {words} from the given start" in doubt for doubt in wrong.doubts)
+
+
+def test_a_turn_that_images_do_not_observe_is_no_difference() -> None:
+    axis = np.array([0.0, 0.6, 0.8])
+    unobservable = np.concatenate([np.zeros(3), axis])[None]
+    across = np.array([0.1, 0.0, 0.0])
+    assert _observable_turn(1.2 * axis + across, unobservable) == pytest.approx(0.1)
+    assert _observable_turn(1.2 * axis + across, np.empty((0, 6))) == pytest.approx(
+        np.hypot(1.2, 0.1)
+    )

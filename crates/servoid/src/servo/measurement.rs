@@ -21,9 +21,9 @@ impl Noise {
     /// new ones arise if the estimates have become certain.
     ///
     /// # Errors
-    /// If the covariance is not square.
+    /// If the covariance is empty or not square.
     pub fn new(fresh: Vec<f64>, lasting: f64, fading_s: f64) -> Result<Self, MotionError> {
-        let columns = fresh.len().isqrt();
+        let columns = fresh.len().isqrt().max(1);
         fits("the covariance of an estimate", columns * columns, fresh.len())?;
         Ok(Self { fresh: Rows { numbers: fresh, columns }, lasting, fading_s })
     }

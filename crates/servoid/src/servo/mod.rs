@@ -15,10 +15,10 @@ pub use motion_model::{MotionModel, MotionPrior};
 pub enum MotionError {
     /// A measurement has no usable covariance.
     #[error(
-        "a measurement of an object's motion needs a positive and finite covariance, but that of \
-         its innovation is {0:?}"
+        "a measurement of an object's motion needs a positive and finite covariance, but its \
+         innovation has none"
     )]
-    Innovation(Vec<f64>),
+    Innovation,
     /// Matrices do not fit each other.
     #[error("{what} must have {wanted} numbers for this motion, but it has {given}")]
     Size {

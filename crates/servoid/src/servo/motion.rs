@@ -346,16 +346,15 @@ fn joined(weights: &[f64], filters: &[Filter]) -> Filter {
 }
 
 fn solved(matrix: &Rows, right: &DMatrix<f64>) -> Result<DMatrix<f64>, MotionError> {
-    let found = matrix.dense().lu().solve(right);
-    found.ok_or_else(|| MotionError::Innovation(matrix.numbers.clone()))
+    matrix.dense().lu().solve(right).ok_or(MotionError::Innovation)
 }
 
 fn log_determinant(matrix: &Rows) -> Result<f64, MotionError> {
-    let unusable = || MotionError::Innovation(matrix.numbers.clone());
     if !matrix.numbers.iter().all(|x| x.is_finite()) {
-        return Err(unusable());
+        return Err(MotionError::Innovation);
     }
-    let found = matrix.dense().try_symmetric_eigen(f64::EPSILON, 0).ok_or_else(unusable)?;
+    let found =
+        matrix.dense().try_symmetric_eigen(f64::EPSILON, 0).ok_or(MotionError::Innovation)?;
     let mut values: Vec<f64> = found.eigenvalues.iter().copied().collect();
     values.sort_by(f64::total_cmp);
     Ok(values.into_iter().fold(0.0, |sum, value| sum + libm::log(value)))

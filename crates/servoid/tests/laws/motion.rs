@@ -77,4 +77,5 @@ fn numbers_of_another_count_are_refused() {
     assert_eq!(refused, MotionError::Size { what: "an added covariance", wanted: 9, given: 4 });
     assert!(Measurement::along(&[1.0, 0.0], &noise()).is_err());
     assert!(Noise::new(vec![1.0; 5], 0.0, 1.0).is_err());
+    assert!(Noise::new(Vec::new(), 0.0, 1.0).is_err());
 }

@@ -875,7 +875,7 @@ class Estimate:
         """Seconds spent in each stage: prepare, search, refine, verify, update."""
     def in_doubt(self, located: bool) -> Estimate:
         """Returns the same estimate for a start in doubt: nothing confirms its pose; `located` says
-        whether its position is confirmed.
+        whether its position is confirmed. What is lost stays lost.
         """
     def __eq__(self, value: object, /) -> bool: ...
     def __hash__(self) -> int: ...

@@ -1,14 +1,30 @@
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 use servoid::servo as core;
 
-use crate::errors::raise;
+use crate::errors::{named, raise};
 
 /// A state and its covariance.
 type StateParts<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
-fn by_rows(matrix: &PyReadonlyArray2<'_, f64>) -> Vec<f64> {
-    matrix.as_array().iter().copied().collect()
+const AXES: &str = "axes, one a row,";
+
+/// Returns the numbers of a matrix of so many columns by rows.
+fn by_rows(matrix: &PyReadonlyArray2<'_, f64>, what: &str, columns: usize) -> PyResult<Vec<f64>> {
+    let shape = matrix.shape();
+    if shape[1] != columns {
+        let message = format!("{what} must have {columns} columns, but have shape {shape:?}");
+        return Err(named("ServoError", message));
+    }
+    Ok(matrix.as_array().iter().copied().collect())
+}
+
+/// Returns the numbers of a square matrix by rows.
+fn square(matrix: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<f64>> {
+    by_rows(matrix, "the rows of a covariance", matrix.shape()[0])
 }
 
 /// A motion model of one coordinate, driven by white-noise jerk of density `jerk` per s² and root s.
@@ -67,7 +83,7 @@ pub struct Noise(core::Noise);
 impl Noise {
     #[new]
     fn new(fresh: PyReadonlyArray2<'_, f64>, lasting: f64, fading_s: f64) -> PyResult<Self> {
-        core::Noise::new(by_rows(&fresh), lasting, fading_s).map(Self).map_err(raise)
+        core::Noise::new(square(&fresh)?, lasting, fading_s).map(Self).map_err(raise)
     }
 }
 
@@ -80,7 +96,8 @@ impl Measurement {
     /// Returns the measurement of an estimate along axes (k, n): position plus shared error.
     #[staticmethod]
     fn along(axes: PyReadonlyArray2<'_, f64>, noise: &Noise) -> PyResult<Self> {
-        core::Measurement::along(&by_rows(&axes), &noise.0).map(Self).map_err(raise)
+        let axes = by_rows(&axes, AXES, noise.0.coordinates())?;
+        core::Measurement::along(&axes, &noise.0).map(Self).map_err(raise)
     }
 
     /// Returns a measurement of the position along axes (k, n), of covariance `spread` (n, n).
@@ -89,12 +106,14 @@ impl Measurement {
         axes: PyReadonlyArray2<'_, f64>,
         spread: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
-        core::Measurement::of_place(&by_rows(&axes), by_rows(&spread)).map(Self).map_err(raise)
+        let axes = by_rows(&axes, AXES, spread.shape()[0])?;
+        core::Measurement::of_place(&axes, square(&spread)?).map(Self).map_err(raise)
     }
 
     /// Adds the pseudo-measurement of zero speed along axes (m, n), of deviation `speed`.
     fn and_resting(&self, axes: PyReadonlyArray2<'_, f64>, speed: f64) -> PyResult<Self> {
-        self.0.and_resting(&by_rows(&axes), speed).map(Self).map_err(raise)
+        let axes = by_rows(&axes, AXES, self.0.coordinates())?;
+        self.0.and_resting(&axes, speed).map(Self).map_err(raise)
     }
 }
 
@@ -148,7 +167,7 @@ impl Motion {
 
     /// Adds a covariance (n, n) to that of the offset; raises ServoError.
     fn inflate(&mut self, unknown: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
-        self.0.inflate(&by_rows(&unknown)).map_err(raise)
+        self.0.inflate(&square(&unknown)?).map_err(raise)
     }
 
     /// Moves the reference to the estimated position; returns the shift, (n,).

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from servoid.batch import Done, Experiment, Work, Workers, run_batch
 from servoid.batch.running import ProgressCallback
 from servoid.capture import doubt_calibration
-from servoid.errors import OutputError, StudyError
+from servoid.errors import StudyError
 from servoid.exchange import is_capture, open_any
 from servoid.model import Request, fit_capture, fit_capture_by_paper
 from servoid.output import check_folder, write_whole
@@ -138,8 +138,8 @@ def model_folder(
     """Model each capture in a folder with the settings of `case`, whose own capture is ignored.
 
     `out` receives `NAME.json` for each capture, `captures.parquet`, and `trials`, from which an
-    interrupted batch resumes. A capture whose files have changed is modelled again; the body of one
-    that fails is removed, as it is not that of its files.
+    interrupted batch resumes. A capture whose files have changed is modelled again; if it fails, an
+    earlier body of it stays.
 
     Raises:
         StudyError: the folder does not exist, or contains no capture.
@@ -162,25 +162,12 @@ def model_folder(
     ]
     trials = run_batch([Work(CAPTURES, cases)], out, workers, watch)[CAPTURES.name]
     for path, done in zip(captures, trials, strict=True):
-        file = Path(out) / f"{path.name}.json"
         if done.row is not None:
-            write_whole(file, done.row.body.encode())
-        else:
-            _remove(file)
+            write_whole(Path(out) / f"{path.name}.json", done.row.body.encode())
     return ModelledFolder(
         dict(zip((path.name for path in captures), trials, strict=True)),
         tuple(path.name for path in inside if path not in captures),
     )
-
-
-def _remove(file: Path) -> None:
-    try:
-        file.unlink(missing_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"{file} is the body of a capture that cannot be modelled any more, and could not be "
-            f"removed: {error.strerror}"
-        ) from error
 
 
 def _content(folder: Path) -> str:

@@ -68,8 +68,8 @@ def gate_by_depth(
 
 def _angle(view: CaptureView, other: CaptureView) -> float:
     """Return the angle between the directions of two views, in radians."""
-    axes = [one.world_from_camera.matrix()[:3, 2] for one in (view, other)]
-    return exact.arctan2(exact.norm(np.cross(*axes)), exact.dot(*axes))
+    one, two = (each.world_from_camera.matrix()[:3, 2] for each in (view, other))
+    return exact.arctan2(exact.norm(np.cross(one, two)), exact.dot(one, two))
 
 
 def _range(view: CaptureView, samples: RangeSamples, share: float) -> tuple[float, float]:

@@ -18,6 +18,7 @@ _TIMES, _BESIDE = 3.0, 0.1  # the misfit of the median, and this more, contradic
 _LEAST_COMPARED = 5  # views, below which a median is no measure
 _LEAST_OVERLAP = 0.8  # of each view, from which on silhouettes do not explain a low fitness
 _LEAST_FITNESS = 0.75  # eight recorded pairs reach 0.87; with another mask or depth, 0.62
+_LEAST_COARSE = 0.6  # of a right body that lacks ellipsoids; one ellipsoid for a box reaches 0.71
 _CURE = "check poses, calibration and masks, and do not use the body until then"
 
 
@@ -50,12 +51,14 @@ def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> 
     return notes
 
 
-def depth_misfit_note(ious: NDArray[np.float64], fitness: float) -> str | None:
+def depth_misfit_note(ious: NDArray[np.float64], fitness: float, *, is_coarse: bool) -> str | None:
     """Report measured depth that a body does not fit, although it fits all views; else None.
 
-    `ious` (V,) float64 is the overlap of each view with the body, `fitness` that with all input.
+    `ious` (V,) float64 is the overlap of each view with the body, `fitness` that with all input;
+    `is_coarse` says that it has as many ellipsoids as were allowed, and may lack some.
     """
-    if not len(ious) or ious.min() < _LEAST_OVERLAP or fitness >= _LEAST_FITNESS:
+    least = _LEAST_COARSE if is_coarse else _LEAST_FITNESS
+    if not len(ious) or ious.min() < _LEAST_OVERLAP or fitness >= least:
         return None
     return (
         f"the measured depth contradicts the body: its silhouettes overlap the masks by "

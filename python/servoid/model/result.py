@@ -170,7 +170,8 @@ class ModelResult:
         ]
         if len(self.range_samples):
             ious = np.concatenate([self.iou_used, self.iou_unused])
-            depth = depth_misfit_note(ious, self.fitness)
+            is_coarse = len(self.body) >= self.settings.max_ellipsoids
+            depth = depth_misfit_note(ious, self.fitness, is_coarse=is_coarse)
             notes += [] if depth is None else [depth]
         return notes
 

@@ -13,6 +13,7 @@ from servoid.track.learning import learn_appearance
 from servoid.track.request import Method, Request, Subject
 from servoid.track.result import Gap, Tracked, TrackResult
 from servoid.track.starting import Followed, begin
+from servoid.track.unobservable import unobservable_axes
 
 __all__ = [
     "Adjuster",

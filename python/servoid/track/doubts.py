@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from servoid._native import Body, Pose, View, silhouette_ious
 from servoid.capture import Capture
 from servoid.errors import TrackError
-from servoid.pose import Floats, exact
+from servoid.pose import exact
+from servoid.shape import body_sides
 from servoid.source import Instant, cameras_of
 from servoid.track.follower import Follower, Rememberer, depths_for
 from servoid.track.request import Subject
+from servoid.track.unobservable import unobservable_axes
 
 _CONTRADICTED = 0.6  # overlap of a given body and its mask; right poses of coarse bodies reach 0.7
 _GOOD_OVERLAP = 0.85  # of a body and its own masks, 0.93 to 0.97; other bodies reach 0.5 to 0.95
@@ -20,16 +22,15 @@ _USUAL = 0.9
 _WORSE = 0.08  # overlap below the body's fitness, of a body that is coarse itself
 _TURN = 0.5  # radians between the start and a pose that may be right, above which they differ
 _WRONG_M, _WRONG_SHARE, _WRONG_RAD = 0.02, 0.1, np.radians(15.0)  # by which a pose is wrong
-_MOSTLY_TURN = 0.7  # share of rotation in a unit motion from which on it counts as a rotation
 _UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
 _UNLIKE = (
     "the images at the given start do not match the appearance in the body's file; correct the "
     "start, or leave it out to search for the object"
 )
 _ELSEWHERE = (
-    "the appearance in the body's file is recognised {mm:.0f} mm and {degrees:.0f} degrees from "
-    "the given start, so that all poses are wrong by as much; correct the start, or leave it out "
-    "to search for the object"
+    "the appearance in the body's file is recognised {shift} and {degrees:.0f} degrees from the "
+    "given start, so that all poses are wrong by as much; correct the start, or leave it out to "
+    "search for the object"
 )
 _OTHER = (
     "the object in the mask does not match the appearance in the body's file: its poses mean "
@@ -63,7 +64,7 @@ class Recognition:
     """The pose at which a body's stored appearance is recognised, near that of a start.
 
     `is_unlike` says that it is not seen where the start is, `is_sure` that the images confirm the
-    pose where it is seen instead; `off` is the distance of the two, in metres and radians.
+    pose where it is seen; `off` is the distance of the two, in the body's unit and radians.
     """
 
     pose: Pose
@@ -75,6 +76,11 @@ class Recognition:
     def is_elsewhere(self) -> bool:
         """Return whether it is surely recognised at another pose than that of the start."""
         return self.is_unlike and self.is_sure
+
+    @property
+    def confirms(self) -> bool:
+        """Return whether it is surely recognised at the pose of the start."""
+        return self.is_sure and not self.is_unlike
 
 
 def is_misfit(overlap: float | None, fitness: float | None) -> bool:
@@ -117,24 +123,13 @@ def body_doubts(
         raise TrackError(_STRANGER.format(overlap=overlap, fitness=subject.fitness))
     doubts = [_UNLIKE if is_placed else _OTHER] if is_unlike else []
     if recognition is not None and recognition.is_elsewhere and is_placed:
-        metres, turn = recognition.off
-        doubts = [_ELSEWHERE.format(mm=1e3 * metres, degrees=np.degrees(turn))]
+        shift, turn = recognition.off
+        words = f"{1e3 * shift:.0f} mm" if subject.is_metric else f"{shift:.3g} (no unit)"
+        doubts = [_ELSEWHERE.format(shift=words, degrees=np.degrees(turn))]
     if misfits:
         own = _USUAL if subject.fitness is None else min(_USUAL, subject.fitness)
         doubts.append((_MISPLACED if is_placed else _MISFIT).format(overlap=overlap, own=own))
     return doubts
-
-
-def _observable_turn(turn: Floats, unobservable: Floats) -> float:
-    """Return the angle of a rotation vector (3,) without its parts that images do not observe.
-
-    `unobservable` (n, 6) are unit motions in the object's frame.
-    """
-    axes = unobservable[:, 3:]
-    axes = axes[exact.lengths(axes) > _MOSTLY_TURN]
-    for axis in axes:
-        turn = turn - exact.dot(turn, axis) / exact.dot(axis, axis) * axis
-    return exact.norm(turn)
 
 
 def turn_note(pose: Pose, others: Sequence[Pose]) -> str:
@@ -186,13 +181,15 @@ def recognised(
     except TrackError:  # the stored appearance does not fit these cameras: no conclusion
         return None
     change = (pose.inverse() @ found.world_from_object).log()
-    shift, turn = exact.norm(change[:3]), _observable_turn(change[3:], found.unobservable)
+    _, observable = unobservable_axes(found.unobservable, np.eye(3))
+    shift, turn = exact.norm(change[:3]), exact.norm(exact.product(observable.T, change[3:]))
     is_sure = found.status == "tracking"
-    reach = float(subject.body.radii.max())
-    allowed = (reach, _TURN)
+    allowed_m, allowed_rad = float(subject.body.radii.max()), _TURN
     if is_sure:
-        allowed = max(_WRONG_M, _WRONG_SHARE * 2.0 * reach), _WRONG_RAD
-    is_near = shift < allowed[0] and turn < allowed[1]
+        wrong = _WRONG_SHARE * float(body_sides(subject.body).max())
+        wrong = max(_WRONG_M, wrong) if subject.is_metric else wrong
+        allowed_m, allowed_rad = min(allowed_m, wrong), _WRONG_RAD
+    is_near = shift < allowed_m and turn < allowed_rad
     return Recognition(
         found.world_from_object, found.confidence < _UNSEEN or not is_near, is_sure, (shift, turn)
     )

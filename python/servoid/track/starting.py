@@ -137,6 +137,16 @@ def begin(
     known = _look(capture, instant, subject, request)
     cameras = cameras_of(capture)
     make = request.maker or request.method.maker
+    recognition = None
+    if known.pose is not None:
+        plain = request.options(replace(subject, known_shape=False))
+        recognition = recognised(
+            lambda: make(cameras, known.body, plain), instant, subject, known.pose
+        )
+        if subject.start is None and recognition is not None and recognition.is_elsewhere:
+            # What is recognised tells the pose better than an outline does.
+            known = replace(known, pose=recognition.pose, others=())
+            recognition = replace(recognition, is_unlike=False)
     overlap = _overlap(capture, instant, known)
     # The outline tells nothing of a turn that it did not even tell at the start, and a body that
     # does not fit is not the object's shape.
@@ -147,16 +157,15 @@ def begin(
     called = time.perf_counter()
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
-    recognition = None
-    if known.pose is not None:
-        recognition = recognised(
-            lambda: make(cameras, known.body, options), instant, subject, known.pose
-        )
     doubts = body_doubts(subject, overlap, recognition)
-    is_off = _ELSEWHERE in known.doubts or is_contradicted(overlap, subject.fitness)
     is_own = bool(subject.targets) or not has_others
     is_unlike = recognition is not None and recognition.is_unlike
-    is_elsewhere = subject.body is not None and (is_unlike or (is_off and is_own))
+    is_off = (
+        (_ELSEWHERE in known.doubts or is_contradicted(overlap, subject.fitness))
+        and is_own
+        and not (recognition is not None and recognition.confirms)
+    )
+    is_elsewhere = subject.body is not None and (is_unlike or is_off)
     # An appearance that is not seen may look otherwise in another light; later images tell.
     is_wrong = is_elsewhere and (is_off or (recognition is not None and recognition.is_elsewhere))
     turned = None

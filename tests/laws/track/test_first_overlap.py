@@ -8,10 +8,11 @@ from recordings import Alone, pose_text, run_servoid
 
 from servoid.errors import TrackError
 from servoid.pose import Pose
+from servoid.segment import parse_target
 from servoid.shape import Body, load_body, save_body
 from servoid.sim import write_sample
-from servoid.track import Request, Subject, TrackResult, track_capture
-from servoid.track.doubts import _observable_turn, body_doubts
+from servoid.track import Request, Subject, TrackResult, starting, track_capture, unobservable_axes
+from servoid.track.doubts import body_doubts
 
 
 def words_of(folder: Path, alone: Alone, *options: object) -> str:
@@ -127,11 +128,42 @@ def test_no_pose_is_tracking_whose_start_is_not_where_the_look_is_recognised(
     assert any(f"recognised {words} from the given start" in doubt for doubt in wrong.doubts)
 
 
-def test_a_turn_that_images_do_not_observe_is_no_difference() -> None:
-    axis = np.array([0.0, 0.6, 0.8])
-    unobservable = np.concatenate([np.zeros(3), axis])[None]
-    across = np.array([0.1, 0.0, 0.0])
-    assert _observable_turn(1.2 * axis + across, unobservable) == pytest.approx(0.1)
-    assert _observable_turn(1.2 * axis + across, np.empty((0, 6))) == pytest.approx(
-        np.hypot(1.2, 0.1)
+def test_what_is_recognised_gives_the_pose_where_a_mask_alone_was_given(alone: Alone) -> None:
+    file = load_body(alone.folder / "body.json")
+    body, capture = file.body(), alone.recording.capture
+    turned = alone.points[0].world_from_object @ Pose.exp([0.0, 0.0, 0.0, 0.0, 0.4, 0.0])
+    views = [[(turned, 1.0)]]
+    subject = Subject(body=body, appearance=file.look(), fitness=file.fitness)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(starting, "poses_from_masks", lambda *_: views[0])
+        [result] = track_capture(capture, [subject], Request(seed=0))
+    off = (
+        alone.points[0].world_from_object.inverse() @ result.estimates[0].world_from_object
+    ).log()
+    assert np.linalg.norm(off[3:]) < np.radians(3.0) and np.linalg.norm(off[:3]) < 5e-3
+    assert result.verdict == "good" and result.tracked_share == 1.0
+
+
+def test_a_mask_elsewhere_does_not_outweigh_what_is_recognised(alone: Alone) -> None:
+    file = load_body(alone.folder / "body.json")
+    subject = Subject(
+        body=file.body(),
+        start=alone.points[0].world_from_object,
+        appearance=file.look(),
+        fitness=file.fitness,
+        targets=(parse_target("box:0,0,40,40"),),
     )
+    [result] = track_capture(
+        alone.recording.capture, [subject], Request(seed=0, trust_targets=True)
+    )
+    assert any("is not where the mask of the first" in doubt for doubt in result.doubts)
+    assert result.tracked_share == 1.0
+
+
+def test_directions_that_motions_span_are_no_axes_of_observed_turns() -> None:
+    moves = np.zeros((3, 6))
+    moves[0, 3], moves[1, 3:5], moves[2, 0] = 1.0, (0.6, 0.8), 1.0
+    axes, observable = unobservable_axes(moves, np.eye(3))
+    assert axes.shape == (3, 2) and observable.shape == (3, 1)
+    np.testing.assert_allclose(np.abs(observable[:, 0]), [0.0, 0.0, 1.0], atol=1e-12)
+    np.testing.assert_array_equal(unobservable_axes(np.empty((0, 6)), np.eye(3))[1], np.eye(3))

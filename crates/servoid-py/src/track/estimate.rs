@@ -172,7 +172,7 @@ impl Estimate {
     }
 
     /// Returns the same estimate for a start in doubt: nothing confirms its pose; `located` says
-    /// whether its position is confirmed.
+    /// whether its position is confirmed. What is lost stays lost.
     fn in_doubt(&self, located: bool) -> Self {
         Self { core: self.core.clone().in_doubt(located), notices: self.notices.clone() }
     }

@@ -27,6 +27,12 @@ impl Noise {
         fits("the covariance of an estimate", columns * columns, fresh.len())?;
         Ok(Self { fresh: Rows { numbers: fresh, columns }, lasting, fading_s })
     }
+
+    /// Returns the number of coordinates.
+    #[must_use]
+    pub fn coordinates(&self) -> usize {
+        self.fresh.columns
+    }
 }
 
 /// A measurement of a motion: a matrix, k x 4 n, times its state, with covariance k x k.
@@ -67,13 +73,19 @@ impl Measurement {
         Ok(Self { matrix, spread })
     }
 
+    /// Returns the number of coordinates of the motion.
+    #[must_use]
+    pub fn coordinates(&self) -> usize {
+        self.matrix.columns / PARTS
+    }
+
     /// Adds the pseudo-measurement of zero speed along axes, m x n by rows, with a standard
     /// deviation.
     ///
     /// # Errors
     /// If the axes do not have n coordinates.
     pub fn and_resting(&self, axes: &[f64], speed: f64) -> Result<Self, MotionError> {
-        let coordinates = self.matrix.columns / PARTS;
+        let coordinates = self.coordinates();
         let axes = axes_of(axes, coordinates)?;
         let mut matrix = self.matrix.clone();
         for axis in axes.each() {

@@ -13,12 +13,18 @@ pub use motion_model::{MotionModel, MotionPrior};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
-    /// A measurement has no usable covariance.
+    /// The covariance of an innovation is not positive and finite.
     #[error(
-        "a measurement of an object's motion needs a positive and finite covariance, but its \
-         innovation has none"
+        "a measurement of an object's motion needs a positive and finite covariance, but the least \
+         eigenvalue of that of its innovation is {0:.3e}"
     )]
-    Innovation,
+    Innovation(f64),
+    /// The offset of a measurement is not finite.
+    #[error("the offset of a measurement must be made of finite numbers, but it holds {0}")]
+    NotFinite(f64),
+    /// A measurement has no axis.
+    #[error("a measurement of an object's motion needs an axis at least, but it has none")]
+    NoAxis,
     /// Matrices do not fit each other.
     #[error("{what} must have {wanted} numbers for this motion, but it has {given}")]
     Size {

@@ -112,8 +112,8 @@ impl Motion {
     /// `nis_gate` the measurement is down-weighted.
     ///
     /// # Errors
-    /// If the measurement is of another motion, or its covariance is not positive and finite; the
-    /// motion is then unchanged.
+    /// If the measurement is of another motion or has no axis, its offset is not finite, or its
+    /// covariance not positive and finite; the motion is then unchanged.
     pub fn correct(
         &mut self,
         measurement: &Measurement,
@@ -123,12 +123,20 @@ impl Motion {
         let Measurement { matrix, spread } = measurement;
         fits("a measurement", PARTS * self.coordinates(), matrix.columns)?;
         fits("the offset of a measurement", matrix.count(), offset.len())?;
+        if offset.is_empty() {
+            return Err(MotionError::NoAxis);
+        }
+        if let Some(&bad) = offset.iter().find(|x| !x.is_finite()) {
+            return Err(MotionError::NotFinite(bad));
+        }
         let across = matrix.transposed();
         let seen: Vec<Seen> =
             self.filters.iter().map(|filter| Seen::of(filter, matrix, &across, offset)).collect();
         let mut nis = f64::INFINITY;
         for seen in &seen {
-            nis = seen.squared(&seen.known.clone().plus(spread))?.min(nis);
+            let whole = seen.known.clone().plus(spread);
+            log_determinant(&whole)?; // checks it
+            nis = seen.squared(&whole)?.min(nis);
         }
         let spread = spread.scaled((nis / nis_gate).max(1.0));
         let (mut scores, mut corrected) = (Vec::new(), Vec::new());
@@ -186,6 +194,9 @@ impl Motion {
     /// Mixes the filters' states by the transition probabilities.
     fn mix(&mut self, elapsed_s: f64) {
         let others = (self.weights.len() - 1) as f64;
+        if others == 0.0 {
+            return;
+        }
         let mut changed = -libm::expm1(-(1.0 + 1.0 / others) * elapsed_s / self.prior.change_s);
         changed /= 1.0 + others;
         let before = &self.weights;
@@ -346,16 +357,19 @@ fn joined(weights: &[f64], filters: &[Filter]) -> Filter {
 }
 
 fn solved(matrix: &Rows, right: &DMatrix<f64>) -> Result<DMatrix<f64>, MotionError> {
-    matrix.dense().lu().solve(right).ok_or(MotionError::Innovation)
+    matrix.dense().lu().solve(right).ok_or(MotionError::Innovation(0.0))
 }
 
 fn log_determinant(matrix: &Rows) -> Result<f64, MotionError> {
     if !matrix.numbers.iter().all(|x| x.is_finite()) {
-        return Err(MotionError::Innovation);
+        return Err(MotionError::Innovation(f64::NAN));
     }
-    let found =
-        matrix.dense().try_symmetric_eigen(f64::EPSILON, 0).ok_or(MotionError::Innovation)?;
+    let found = matrix.dense().try_symmetric_eigen(f64::EPSILON, 0);
+    let found = found.ok_or(MotionError::Innovation(f64::NAN))?;
     let mut values: Vec<f64> = found.eigenvalues.iter().copied().collect();
     values.sort_by(f64::total_cmp);
+    if let Some(&least) = values.first().filter(|least| **least <= 0.0) {
+        return Err(MotionError::Innovation(least));
+    }
     Ok(values.into_iter().fold(0.0, |sum, value| sum + libm::log(value)))
 }

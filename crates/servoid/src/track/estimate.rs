@@ -197,9 +197,11 @@ pub struct Estimate {
 
 impl Estimate {
     /// Returns the same estimate for a start in doubt: nothing confirms its pose; `located` says
-    /// whether its position is confirmed.
+    /// whether its position is confirmed. What is lost stays lost.
     #[must_use]
     pub fn in_doubt(self, located: bool) -> Self {
-        Self { status: Status::Searching, located, confidence: 0.0, ..self }
+        let is_lost = self.status == Status::Lost;
+        let status = if is_lost { Status::Lost } else { Status::Searching };
+        Self { status, located: located && !is_lost, confidence: 0.0, ..self }
     }
 }

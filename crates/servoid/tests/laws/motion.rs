@@ -79,3 +79,32 @@ fn numbers_of_another_count_are_refused() {
     assert!(Noise::new(vec![1.0; 5], 0.0, 1.0).is_err());
     assert!(Noise::new(Vec::new(), 0.0, 1.0).is_err());
 }
+
+#[test]
+fn a_measurement_that_tells_nothing_is_refused_and_changes_nothing() {
+    let mut motion = Motion::new(prior(), noise(), [0.3, 0.2]);
+    let before = motion.ahead(0.1);
+    let usual = Measurement::along(&AXES, &noise()).unwrap();
+    let nowhere = motion.correct(&usual, &[f64::NAN, 0.0, 0.0], 16.0);
+    assert!(matches!(nowhere, Err(MotionError::NotFinite(_))));
+    let none = Measurement::along(&[], &noise()).unwrap();
+    assert_eq!(motion.correct(&none, &[], 16.0), Err(MotionError::NoAxis));
+    for variance in [-1.0, f64::NAN] {
+        let spread = AXES.map(|x| variance * x).to_vec();
+        let odd = Measurement::of_place(&AXES, spread).unwrap();
+        let refused = motion.correct(&odd, &[0.0; 3], 16.0);
+        assert!(matches!(refused, Err(MotionError::Innovation(_))), "{variance}");
+    }
+    assert_eq!(motion.ahead(0.1), before);
+}
+
+#[test]
+fn a_motion_that_only_rests_goes_on() {
+    let resting = MotionPrior { models: Vec::new(), ..prior() };
+    let mut motion = Motion::new(resting, noise(), [0.3, 0.2]);
+    for elapsed_s in [0.0, 0.1] {
+        motion.advance(elapsed_s, noise()).unwrap();
+        assert_eq!(motion.going(), 0.0);
+        assert!(motion.ahead(0.1).covariance.iter().all(|x| x.is_finite()));
+    }
+}

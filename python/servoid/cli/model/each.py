@@ -27,6 +27,10 @@ def run_each(order: ModelOrder) -> None:
             Path(order.source), order.out, _case(order), workers=place, watch=show
         )
     _print_table(folder.trials)
+    made = {name for name, done in folder.trials.items() if done.row is not None}
+    for name in (*folder.trials, *folder.passed_over):
+        if name not in made and (order.out / f"{name}.json").exists():
+            typer.echo(f"  {name}.json is of an earlier run, not of this one")
     for name in folder.passed_over:
         typer.echo(f"  {name} holds no capture and was skipped")
     typer.echo(f"  bodies  {order.out}/NAME.json")

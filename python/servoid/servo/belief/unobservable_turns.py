@@ -7,9 +7,8 @@ import numpy as np
 
 from servoid.pose import Floats, Pose, exact
 from servoid.servo.law.moving import change_between, shifted_and_turned
+from servoid.track import unobservable_axes
 
-_MOSTLY_TURN = 0.7  # share of rotation in a unit motion from which on it counts as a rotation
-_APART = 0.5  # singular value from which on unit axes span another direction
 _PASSES = 20  # passes, as rotations about different axes do not commute
 _ENOUGH = 1e-6  # rad: a pass that rotates less is the last
 
@@ -54,15 +53,8 @@ class UnobservableTurns:
     @classmethod
     def of(cls, estimate: UnsureEstimate) -> "UnobservableTurns":
         """Compute the unobservable rotations of an estimate."""
-        turns = estimate.unobservable[:, 3:]
-        turns = turns[exact.lengths(turns) > _MOSTLY_TURN]
-        if len(turns) == 0:
-            return cls(np.empty((3, 0)), np.eye(3))
-        # Several motions may have the same axis, so nearly equal directions count once.
-        spread = exact.product(estimate.world_from_object.matrix()[:3, :3], turns.T)
-        squares, axes = exact.eigh(exact.product(spread, spread.T))
-        apart = squares > _APART * _APART
-        return cls(axes[:, apart], axes[:, ~apart])
+        rotation = estimate.world_from_object.matrix()[:3, :3]
+        return cls(*unobservable_axes(estimate.unobservable, rotation))
 
     def with_expected(self, expected: Pose, seen: Pose) -> Pose:
         """Return the estimated pose, with the expected rotation about the unobservable axes."""

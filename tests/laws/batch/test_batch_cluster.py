@@ -16,12 +16,14 @@ pytest.importorskip("pyarrow", reason="tables of trials need pyarrow")
 pytest.importorskip("distributed", reason="clusters need dask.distributed")
 
 from batch_trials import DAWDLE, DRAW, Case
+from distributed import Client
 
 from servoid.batch import BatchProgress, Work, run_batch, workers_for
 from servoid.errors import StudyError
 
 pytestmark = pytest.mark.extended
 
+_SOON_S = 60.0  # in which processes start on a machine that is busy
 FIXTURES = Path(__file__).parents[2] / "fixtures" / "batch"
 
 
@@ -69,13 +71,16 @@ def scheduler() -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
 
 @contextmanager
 def workers(address: str, count: int) -> Iterator[list[subprocess.Popen[bytes]]]:
-    """Start worker processes, which nobody starts again when they die."""
+    """Start worker processes, which nobody starts again when they die, and wait for them."""
     options = (address, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1")
     with ExitStack() as stack:
-        yield [
+        processes = [
             stack.enter_context(started("distributed.cli.dask_worker", *options))
             for _ in range(count)
         ]
+        with Client(address, timeout=_SOON_S, set_as_default=False) as client:
+            client.wait_for_workers(count, timeout=_SOON_S)
+        yield processes
 
 
 def test_a_batch_goes_through_although_one_of_two_workers_is_killed_midway(

@@ -9,12 +9,10 @@ from servoid.model.range_samples import RangeSamples
 from servoid.pose import exact
 
 _MARGIN = 1.0  # around the samples, as a share of their width: an object is as deep as wide
-_MARGIN_BESIDE = 0.5  # of a view beside that of the samples, which sees little more of its depth
-_BESIDE_RAD = 0.5  # between the directions of two views beside each other
 _LEAST_SHARE = 0.1  # of the nearest sample's depth, a lower bound for the margin
 _WRONG = 0.02  # share of samples that may be wrong, at either end
 _BORDER_PX = 5  # error of a measured depth edge; specks that are no wider are errors
-_GRID_PX = 2  # spacing of the pixels that are projected into the other view
+_GRID_PX = 4  # spacing of the pixels that are projected into the other view
 _DEPTHS = 24  # number of depths at which they are projected
 
 Mask = NDArray[np.uint8]
@@ -29,10 +27,9 @@ def gate_by_depth(
 ) -> NDArray[np.bool_]:
     """Find the pixels of a region that show something clearly before or behind the object.
 
-    The object's depth range is that of its range samples, extended on both sides by their width, or
-    by half of it if the view looks in about the direction of the twin. A pixel shows something else
-    if its depth is outside that range, by the view's own depth image or by stereo with the twin, or
-    if it projects outside the twin's mask at every depth of the object.
+    The object's depth range is that of its range samples, extended on both sides by their width. A
+    pixel shows something else if its depth is outside that range, by the view's own depth image or
+    by stereo with the twin, or if it projects outside the twin's mask at every depth of the object.
 
     Args:
         view: a view without a mask.
@@ -53,8 +50,7 @@ def gate_by_depth(
     away = np.zeros(region.shape, bool)
     if not len(samples):
         return away
-    is_beside = twin is not None and _angle(view, twin) < _BESIDE_RAD
-    nearest, farthest = _range(view, samples, _MARGIN_BESIDE if is_beside else _MARGIN)
+    nearest, farthest = _range(view, samples)
     depth = _depth(view, image, twin, region)
     if depth is not None:
         with np.errstate(invalid="ignore"):
@@ -66,17 +62,11 @@ def gate_by_depth(
     return away
 
 
-def _angle(view: CaptureView, other: CaptureView) -> float:
-    """Return the angle between the directions of two views, in radians."""
-    one, two = (each.world_from_camera.matrix()[:3, 2] for each in (view, other))
-    return exact.arctan2(exact.norm(np.cross(one, two)), exact.dot(one, two))
-
-
-def _range(view: CaptureView, samples: RangeSamples, share: float) -> tuple[float, float]:
+def _range(view: CaptureView, samples: RangeSamples) -> tuple[float, float]:
     """Return the range of depths in a view between which the object lies."""
     points = view.world_from_camera.inverse().transform(samples.points)
     low, high = np.quantile(points, (_WRONG, 1.0 - _WRONG), axis=0)
-    margin = share * exact.norm((high - low)[:2])
+    margin = _MARGIN * exact.norm((high - low)[:2])
     return max(float(low[2]) - margin, _LEAST_SHARE * float(low[2])), float(high[2]) + margin
 
 

@@ -60,7 +60,7 @@ impl MotionModel {
 pub struct MotionPrior {
     /// Random walk at rest, per root s.
     pub rest: f64,
-    /// The models of motion, of which there is at least one.
+    /// The models of motion; none if the object only rests.
     pub models: Vec<MotionModel>,
     /// Mean duration of a mode in seconds.
     pub change_s: f64,

@@ -12,7 +12,7 @@ from servoid.cli.rows import Row, wrapped
 from servoid.model import ModelResult
 from servoid.pose import exact
 from servoid.shape import body_sides
-from servoid.words import counted, lengths
+from servoid.words import counted, lengths, measured
 
 _LABEL_WIDTH = 15
 _VALUE_WIDTH = 80 - len("  ") - _LABEL_WIDTH - len(" ")
@@ -59,7 +59,7 @@ def _size(result: ModelResult) -> str:
         return text
     view = result.used_views[0]
     camera_from_body = view.world_from_camera.inverse() @ result.body.world_from_object
-    away = f"{exact.norm(np.array(camera_from_body.translation)):.3g}"
+    away = measured(exact.norm(np.array(camera_from_body.translation)))
     return f"{text}, {away} {'m ' if result.is_metric else ''}from the first view"
 
 

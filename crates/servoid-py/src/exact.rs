@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{DMatrix, DVector};
 use numpy::ndarray::ArrayViewD;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
@@ -10,6 +9,7 @@ use numpy::{
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyTuple};
+use servoid::pose::exact::{self, Rows};
 
 /// Eigenvalues and eigenvectors.
 type Eigen<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
@@ -85,15 +85,14 @@ pub fn exact_power(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
-fn matrix(x: &PyReadonlyArray2<'_, f64>) -> DMatrix<f64> {
+fn matrix(x: &PyReadonlyArray2<'_, f64>) -> Rows {
     let x = x.as_array();
-    DMatrix::from_fn(x.nrows(), x.ncols(), |row, column| x[[row, column]])
+    Rows { numbers: x.iter().copied().collect(), columns: x.ncols() }
 }
 
-fn rows<'py>(py: Python<'py>, x: &DMatrix<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    // The transpose of columns in memory is rows in memory.
-    let numbers = x.transpose().as_slice().to_vec().into_pyarray(py);
-    numpy::PyArrayMethods::reshape(&numbers, [x.nrows(), x.ncols()])
+fn array<'py>(py: Python<'py>, x: Rows) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let shape = [x.count(), x.columns];
+    numpy::PyArrayMethods::reshape(&x.numbers.into_pyarray(py), shape)
 }
 
 /// A matrix by rows, or a vector that stands for a row or a column.
@@ -131,50 +130,14 @@ impl<'a> Factor<'a> {
             let (a, b) = ([self.rows, self.columns], [other.rows, other.columns]);
             return Err(PyValueError::new_err(format!("cannot multiply {a:?} with {b:?}")));
         }
-        if self.columns == 0 || other.columns == 0 {
-            let numbers = Cow::Owned(vec![0.0; self.rows * other.columns]);
-            return Ok(Self { numbers, rows: self.rows, columns: other.columns, is_vector: false });
-        }
-        let (left, right) = (&self.numbers, &other.numbers);
-        // The width in the type keeps the sums of a row in registers.
-        let numbers = match other.columns {
-            1 => sums::<1>(left, right, self.columns),
-            3 => sums::<3>(left, right, self.columns),
-            4 => sums::<4>(left, right, self.columns),
-            6 => sums::<6>(left, right, self.columns),
-            7 => sums::<7>(left, right, self.columns),
-            12 => sums::<12>(left, right, self.columns),
-            width => sums_of_any_width(left, right, self.columns, width),
+        let numbers = if self.columns == 0 || other.columns == 0 {
+            vec![0.0; self.rows * other.columns]
+        } else {
+            exact::product(&self.numbers, &other.numbers, self.columns, other.columns)
         };
         let numbers = Cow::Owned(numbers);
         Ok(Self { numbers, rows: self.rows, columns: other.columns, is_vector: false })
     }
-}
-
-fn sums<const WIDTH: usize>(left: &[f64], right: &[f64], inner: usize) -> Vec<f64> {
-    let mut numbers = Vec::with_capacity(left.len() / inner * WIDTH);
-    for factors in left.chunks_exact(inner) {
-        let mut sums = [0.0; WIDTH];
-        for (&factor, values) in factors.iter().zip(right.chunks_exact(WIDTH)) {
-            for (sum, &value) in sums.iter_mut().zip(values) {
-                *sum += factor * value;
-            }
-        }
-        numbers.extend(sums);
-    }
-    numbers
-}
-
-fn sums_of_any_width(left: &[f64], right: &[f64], inner: usize, width: usize) -> Vec<f64> {
-    let mut numbers = vec![0.0; left.len() / inner * width];
-    for (sums, factors) in numbers.chunks_exact_mut(width).zip(left.chunks_exact(inner)) {
-        for (&factor, values) in factors.iter().zip(right.chunks_exact(width)) {
-            for (sum, &value) in sums.iter_mut().zip(values) {
-                *sum += factor * value;
-            }
-        }
-    }
-    numbers
 }
 
 /// Multiplies matrices from the left; the first or the last may be a vector. Sums are in the order
@@ -222,30 +185,28 @@ pub fn exact_solve<'py>(
     a: PyReadonlyArray2<'py, f64>,
     b: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let (a, b) = (matrix(&a), matrix(&b));
-    if !a.is_square() || a.nrows() != b.nrows() {
-        let message = format!("cannot solve {:?} for {:?}", a.shape(), b.shape());
+    let (of, right) = (a.as_array().dim(), b.as_array().dim());
+    if of.0 != of.1 || of.0 != right.0 {
+        let message = format!("cannot solve {of:?} for {right:?}");
         return Err(PyValueError::new_err(message));
     }
-    let x = a.lu().solve(&b).ok_or_else(|| PyValueError::new_err("the matrix is singular"))?;
-    rows(py, &x)
+    if right.1 == 0 {
+        return Ok(PyArray2::zeros(py, [right.0, 0], false));
+    }
+    let x = matrix(&a).solve(&matrix(&b));
+    array(py, x.ok_or_else(|| PyValueError::new_err("the matrix is singular"))?)
 }
 
 /// Returns the eigenvalues (N) of a symmetric matrix, the least first, and the eigenvectors as
 /// columns.
 #[pyfunction]
 pub fn exact_eigh<'py>(py: Python<'py>, a: PyReadonlyArray2<'py, f64>) -> PyResult<Eigen<'py>> {
-    let a = matrix(&a);
-    let found = a.is_square().then(|| a.try_symmetric_eigen(f64::EPSILON, 0)).flatten();
-    let Some(found) = found else {
+    let is_square = a.as_array().is_square();
+    let found = is_square.then(|| matrix(&a).symmetric_eigen()).flatten();
+    let Some((values, vectors)) = found else {
         return Err(PyValueError::new_err("the eigenvalues of the matrix cannot be found"));
     };
-    let mut order: Vec<usize> = (0..found.eigenvalues.len()).collect();
-    order.sort_by(|&i, &j| found.eigenvalues[i].total_cmp(&found.eigenvalues[j]));
-    let values = DVector::from_fn(order.len(), |i, _| found.eigenvalues[order[i]]);
-    let vectors =
-        DMatrix::from_fn(order.len(), order.len(), |r, c| found.eigenvectors[(r, order[c])]);
-    Ok((values.as_slice().to_vec().into_pyarray(py), rows(py, &vectors)?))
+    Ok((values.into_pyarray(py), array(py, vectors)?))
 }
 
 /// Returns the length of a vector.

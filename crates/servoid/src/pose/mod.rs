@@ -2,6 +2,7 @@
 
 mod euler;
 mod even;
+pub mod exact;
 mod principal;
 mod se3;
 

@@ -1,7 +1,7 @@
 //! Estimates as measurements of a motion, and their noise.
 
 use super::MotionError;
-use super::rows::Rows;
+use crate::pose::exact::Rows;
 
 /// Parts of a filter's state: offset, speed, acceleration, and the shared error of estimates.
 pub(super) const PARTS: usize = 4;

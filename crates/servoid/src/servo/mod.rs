@@ -3,7 +3,6 @@
 mod measurement;
 mod motion;
 mod motion_model;
-mod rows;
 
 pub use measurement::{Measurement, Noise};
 pub use motion::{Mixture, Motion};

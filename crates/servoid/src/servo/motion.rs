@@ -1,11 +1,9 @@
 //! A bank of Kalman filters: interacting multiple models (IMM), with correlated measurement errors.
 
-use nalgebra::{DMatrix, DVector};
-
 use super::MotionError;
 use super::measurement::{Measurement, Noise, PARTS, fits};
 use super::motion_model::{MotionPrior, white_jerk};
-use super::rows::{Rows, dot};
+use crate::pose::exact::{Rows, dot};
 
 /// What each part of a state becomes, or its covariance, for one coordinate.
 type Parts = [[f64; PARTS]; PARTS];
@@ -285,9 +283,7 @@ impl Filter {
     }
 
     fn corrected(&self, seen: &Seen, whole: &Rows) -> Result<Self, MotionError> {
-        // Its columns, one after another in memory, are the rows of the gain.
-        let solution = solved(whole, &seen.shared.dense())?;
-        let gain = Rows { numbers: solution.as_slice().to_vec(), columns: solution.nrows() };
+        let gain = solved(whole, &seen.shared)?.transposed();
         let mut state = self.state.clone();
         for (value, change) in state.iter_mut().zip(gain.times_vector(&seen.gap)) {
             *value += change;
@@ -325,9 +321,8 @@ impl Seen {
 
     /// Returns the innovation squared, normalised by its covariance.
     fn squared(&self, covariance: &Rows) -> Result<f64, MotionError> {
-        let gap = DVector::from_column_slice(&self.gap);
-        let weighed = solved(covariance, &DMatrix::from_columns(&[gap]))?;
-        Ok(dot(&self.gap, weighed.as_slice()))
+        let gap = Rows { numbers: self.gap.clone(), columns: 1 };
+        Ok(dot(&self.gap, &solved(covariance, &gap)?.numbers))
     }
 }
 
@@ -356,18 +351,15 @@ fn joined(weights: &[f64], filters: &[Filter]) -> Filter {
     Filter { state, covariance: covariance.plus(&apart) }
 }
 
-fn solved(matrix: &Rows, right: &DMatrix<f64>) -> Result<DMatrix<f64>, MotionError> {
-    matrix.dense().lu().solve(right).ok_or(MotionError::Innovation(0.0))
+fn solved(matrix: &Rows, right: &Rows) -> Result<Rows, MotionError> {
+    matrix.solve(right).ok_or(MotionError::Innovation(0.0))
 }
 
 fn log_determinant(matrix: &Rows) -> Result<f64, MotionError> {
     if !matrix.numbers.iter().all(|x| x.is_finite()) {
         return Err(MotionError::Innovation(f64::NAN));
     }
-    let found = matrix.dense().try_symmetric_eigen(f64::EPSILON, 0);
-    let found = found.ok_or(MotionError::Innovation(f64::NAN))?;
-    let mut values: Vec<f64> = found.eigenvalues.iter().copied().collect();
-    values.sort_by(f64::total_cmp);
+    let (values, _) = matrix.symmetric_eigen().ok_or(MotionError::Innovation(f64::NAN))?;
     if let Some(&least) = values.first().filter(|least| **least <= 0.0) {
         return Err(MotionError::Innovation(least));
     }

@@ -1,0 +1,176 @@
+//! Small linear algebra whose sums have one order, so that it has the same bits on every processor.
+
+use nalgebra::DMatrix;
+
+/// A matrix by rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rows {
+    /// Its numbers, row by row.
+    pub numbers: Vec<f64>,
+    /// The length of a row.
+    pub columns: usize,
+}
+
+impl Rows {
+    /// Returns a matrix of zeros.
+    #[must_use]
+    pub fn zeros(rows: usize, columns: usize) -> Self {
+        Self { numbers: vec![0.0; rows * columns], columns }
+    }
+
+    /// Returns the number of rows.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.numbers.len().checked_div(self.columns).unwrap_or(0)
+    }
+
+    /// Returns the rows, one after another.
+    pub fn each(&self) -> impl Iterator<Item = &[f64]> {
+        self.numbers.chunks_exact(self.columns.max(1))
+    }
+
+    /// Returns one number.
+    #[must_use]
+    pub fn at(&self, row: usize, column: usize) -> f64 {
+        self.numbers[row * self.columns + column]
+    }
+
+    /// Returns one number, to be changed.
+    pub fn at_mut(&mut self, row: usize, column: usize) -> &mut f64 {
+        &mut self.numbers[row * self.columns + column]
+    }
+
+    /// Returns the transpose.
+    #[must_use]
+    pub fn transposed(&self) -> Self {
+        let numbers = (0..self.columns)
+            .flat_map(|column| self.numbers.iter().skip(column).step_by(self.columns).copied())
+            .collect();
+        Self { numbers, columns: self.count() }
+    }
+
+    /// Multiplies it from the left with another matrix; see [`product`].
+    ///
+    /// # Panics
+    /// If the shapes do not fit.
+    #[must_use]
+    pub fn times(&self, other: &Self) -> Self {
+        let numbers = product(&self.numbers, &other.numbers, self.columns, other.columns);
+        Self { numbers, columns: other.columns }
+    }
+
+    /// Multiplies it with a vector.
+    #[must_use]
+    pub fn times_vector(&self, vector: &[f64]) -> Vec<f64> {
+        self.each().map(|row| dot(row, vector)).collect()
+    }
+
+    /// Adds another matrix.
+    #[must_use]
+    pub fn plus(mut self, other: &Self) -> Self {
+        for (sum, value) in self.numbers.iter_mut().zip(&other.numbers) {
+            *sum += value;
+        }
+        self
+    }
+
+    /// Multiplies all numbers by a factor.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let numbers = self.numbers.iter().map(|x| x * factor).collect();
+        Self { numbers, columns: self.columns }
+    }
+
+    /// Solves this matrix times x = right, for each column; `None` if it is singular.
+    ///
+    /// # Panics
+    /// If it is not square, or `right` has another number of rows.
+    #[must_use]
+    pub fn solve(&self, right: &Self) -> Option<Self> {
+        self.dense().lu().solve(&right.dense()).map(|found| Self::from(&found))
+    }
+
+    /// Returns the eigenvalues of a symmetric matrix, the least first, and the eigenvectors as
+    /// columns; `None` if they cannot be found.
+    ///
+    /// # Panics
+    /// If it is not square.
+    #[must_use]
+    pub fn symmetric_eigen(&self) -> Option<(Vec<f64>, Self)> {
+        let found = self.dense().try_symmetric_eigen(f64::EPSILON, 0)?;
+        let mut order: Vec<usize> = (0..found.eigenvalues.len()).collect();
+        order.sort_by(|&i, &j| found.eigenvalues[i].total_cmp(&found.eigenvalues[j]));
+        let values = order.iter().map(|&i| found.eigenvalues[i]).collect();
+        Some((values, Self::from(&found.eigenvectors.select_columns(&order))))
+    }
+
+    fn dense(&self) -> DMatrix<f64> {
+        DMatrix::from_row_slice(self.count(), self.columns, &self.numbers)
+    }
+}
+
+impl From<&DMatrix<f64>> for Rows {
+    fn from(matrix: &DMatrix<f64>) -> Self {
+        // The columns of the transpose are the rows of the matrix.
+        Self { numbers: matrix.transpose().as_slice().to_vec(), columns: matrix.ncols() }
+    }
+}
+
+/// Multiplies matrices by rows, whose inner index has a length: each sum is in the order of it.
+///
+/// # Panics
+/// If `left` is not made of whole rows, or `right` does not have `inner` rows of a width.
+#[must_use]
+pub fn product(left: &[f64], right: &[f64], inner: usize, width: usize) -> Vec<f64> {
+    if inner == 0 || width == 0 {
+        return Vec::new();
+    }
+    assert!(
+        left.len().is_multiple_of(inner) && right.len() == inner * width,
+        "{} numbers in rows of {inner} and {} in rows of {width} have no product",
+        left.len(),
+        right.len(),
+    );
+    // The width in the type keeps the sums of a row in registers.
+    match width {
+        1 => sums::<1>(left, right, inner),
+        3 => sums::<3>(left, right, inner),
+        4 => sums::<4>(left, right, inner),
+        6 => sums::<6>(left, right, inner),
+        7 => sums::<7>(left, right, inner),
+        12 => sums::<12>(left, right, inner),
+        _ => sums_of_any_width(left, right, inner, width),
+    }
+}
+
+fn sums<const WIDTH: usize>(left: &[f64], right: &[f64], inner: usize) -> Vec<f64> {
+    let mut numbers = Vec::with_capacity(left.len() / inner * WIDTH);
+    for factors in left.chunks_exact(inner) {
+        let mut sums = [0.0; WIDTH];
+        for (&factor, values) in factors.iter().zip(right.chunks_exact(WIDTH)) {
+            for (sum, &value) in sums.iter_mut().zip(values) {
+                *sum += factor * value;
+            }
+        }
+        numbers.extend(sums);
+    }
+    numbers
+}
+
+fn sums_of_any_width(left: &[f64], right: &[f64], inner: usize, width: usize) -> Vec<f64> {
+    let mut numbers = vec![0.0; left.len() / inner * width];
+    for (sums, factors) in numbers.chunks_exact_mut(width).zip(left.chunks_exact(inner)) {
+        for (&factor, values) in factors.iter().zip(right.chunks_exact(width)) {
+            for (sum, &value) in sums.iter_mut().zip(values) {
+                *sum += factor * value;
+            }
+        }
+    }
+    numbers
+}
+
+/// Returns the dot product of two vectors.
+#[must_use]
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y)
+}

@@ -123,6 +123,46 @@ def test_joints_without_an_effort_are_told(tmp_path: Path) -> None:
     assert world_of("pa10").notes == ()
 
 
+def test_joints_without_a_velocity_are_told(tmp_path: Path) -> None:
+    text = UR5E.urdf.replace('velocity="3.14"', 'velocity="0"', 1).replace(
+        ' velocity="3.14"', "", 1
+    )
+    path = written(tmp_path, "arm.urdf", text)
+    world = world_of(path, mount="flange", start=UR5E.start, speed=1.5)
+    (note,) = world.notes
+    assert "arm.urdf gives j1, j2 no velocity, or 0: they turn by at most 1.5 rad/s" in note
+    assert world.arm.joints.speed[:2] == pytest.approx(1.5)
+
+
+def test_limits_in_degrees_are_refused_with_what_they_are_in_radians(tmp_path: Path) -> None:
+    text = UR5E.urdf.replace('lower="-6.28" upper="6.28"', 'lower="-90" upper="170"', 1)
+    path = written(tmp_path, "arm.urdf", text)
+    with pytest.raises(SimError) as caught:
+        world_of(path, mount="flange", start=UR5E.start)
+    words = ("joint 'j1' has a limit of 170", "in radians", "170 degrees are 2.967 rad")
+    assert [word for word in words if word not in str(caught.value)] == []
+    endless = text.replace('type="revolute"', 'type="continuous"', 1)
+    arm = world_of(written(tmp_path, "endless.urdf", endless), mount="flange", start=UR5E.start).arm
+    assert arm.joints.upper[0] == pytest.approx(2.0 * np.pi)
+
+
+def test_only_a_driven_joint_may_not_follow_another(tmp_path: Path) -> None:
+    mimic = '<mimic joint="j1" multiplier="-1"/>'
+    text = UR5E.urdf.replace("</joint>", f"{mimic}</joint>", 2).replace(mimic, "", 1)
+    with pytest.raises(SimError, match=r"joint 'j2' between .* follows 'j1' \(<mimic>\).*remove"):
+        world_of(written(tmp_path, "arm.urdf", text), mount="flange", start=UR5E.start)
+    fingers = "".join(
+        f'<link name="f{side}"><collision><geometry><box size="0.01 0.01 0.04"/></geometry>'
+        f'</collision></link><joint name="f{side}" type="revolute"><parent link="flange"/>'
+        f'<child link="f{side}"/><axis xyz="1 0 0"/>{follows}'
+        '<limit lower="0" upper="60" velocity="0" effort="0"/></joint>'
+        for side, follows in (("left", ""), ("right", '<mimic joint="fleft"/>'))
+    )
+    text = UR5E.urdf.replace("</robot>", f"{fingers}</robot>")
+    world = world_of(written(tmp_path, "grip.urdf", text), mount="flange", start=UR5E.start)
+    assert (world.arm.joints.hand_count, world.notes) == (6, ())
+
+
 @ARMS
 def test_an_arm_without_room_where_its_first_joint_is_0_starts_another_way(
     tmp_path: Path, known: KnownArm

@@ -1,6 +1,7 @@
 """Builds an arm from an MJCF or URDF file, with a head of two cameras."""
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -17,12 +18,13 @@ from servoid.sim.world.events.motions import compose, unit_row
 from servoid.sim.world.scene.engine import load_mujoco
 from servoid.sim.world.scene.solids import add_solids
 from servoid.sim.world.settings import ArmSettings
-from servoid.words import digits, in_one_line
+from servoid.words import digits, in_one_line, measured
 
 _MJCF, _URDF = "mujoco", "robot"  # root elements of such files
 _SUFFIXES = (".xml", ".mjcf", ".urdf")
 _XACRO = "{http://www.ros.org/wiki/xacro}"
 _ENDLESS = 2.0 * math.pi  # range of a joint without limits to each side
+_MOST_TURN = 4.0 * math.pi  # farthest limit of a joint, in rad; farther ones are in degrees
 _REACH = 0.1  # size of the post that carries the head, in m
 
 
@@ -55,6 +57,8 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
         is_off = urdf is None and joint.limited == load_mujoco().mjtLimited.mjLIMITED_FALSE
         if not is_off:
             _check_range(settings.name, model.joint(joint.name))
+    if urdf is not None:
+        _check_urdf(settings.name, urdf, model, joints)
     servos = tuple(_servo(model.joint(joint.name), settings, speeds, lag_s) for joint in joints)
     _strip(spec, {joint.name for joint in joints})
     looks = file_visuals(_compiled(spec, settings.name))
@@ -72,7 +76,7 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
         hand_count=len(servos),
         half_baseline=eyes.half_baseline,
         angles=home,
-        notes=() if urdf is None else _notes(settings.name, urdf, joints),
+        notes=() if urdf is None else tuple(_notes(settings, urdf, joints)),
     )
 
 
@@ -131,15 +135,22 @@ def _of_xacro(path: Path) -> str:
     )
 
 
-def _notes(name: str, urdf: Urdf, joints: list[Any]) -> tuple[str, ...]:
-    """Return a message on joints without a torque limit."""
+def _notes(settings: ArmSettings, urdf: Urdf, joints: list[Any]) -> Iterator[str]:
+    """Yield messages on joints without a torque limit, and without a speed limit."""
+    name = Path(settings.name).name
     free = [joint.name for joint in joints if joint.name in urdf.effortless]
-    if not free:
-        return ()
-    return (
-        f"{Path(name).name} gives {', '.join(free)} no effort, or 0: their torque is not limited "
-        "in this world; write the efforts of the data sheet into the file",
-    )
+    if free:
+        yield (
+            f"{name} gives {', '.join(free)} no effort, or 0: their torque is not limited "
+            "in this world; write the efforts of the data sheet into the file"
+        )
+    free = [joint.name for joint in joints if joint.name not in urdf.speeds]
+    if free:
+        yield (
+            f"{name} gives {', '.join(free)} no velocity, or 0: they turn by at most "
+            f"{digits(settings.speed)} rad/s, which is arm.speed; write the velocities of the data "
+            "sheet into the file"
+        )
 
 
 def _compiled(spec: Any, name: str) -> Any:
@@ -222,6 +233,28 @@ def _check_range(name: str, joint: Any) -> None:
             f"{name}: joint '{joint.name}' has the lower limit {digits(lower)} and the upper limit "
             f"{digits(upper)}; the lower limit must be below the upper one, so correct the file"
         )
+
+
+def _check_urdf(name: str, urdf: Urdf, model: Any, joints: list[Any]) -> None:
+    """Refuse limits that are in degrees, and joints that follow others."""
+    for joint in joints:
+        leader = urdf.leaders.get(joint.name)
+        if leader is not None:
+            raise SimError(
+                f"{name}: joint '{joint.name}' between the base and the mount follows "
+                f"'{leader}' (<mimic>), and servoid drives each joint by itself; if it has a motor "
+                "of its own, remove <mimic>, otherwise make the joint fixed or choose a mount "
+                "before it"
+            )
+        known = model.joint(joint.name)
+        farthest = max((float(limit) for limit in known.range), key=abs)
+        if joint.name not in urdf.endless and abs(farthest) > _MOST_TURN:
+            raise SimError(
+                f"{name}: joint '{joint.name}' has a limit of {digits(farthest)}, but limits of a "
+                f"URDF are in radians (degrees were probably meant: {digits(farthest)} degrees are "
+                f"{measured(math.radians(farthest))} rad); if it turns without an end, write "
+                'type="continuous"'
+            )
 
 
 def _servo(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: float) -> JointServo:

@@ -11,7 +11,6 @@ from servoid.words import in_one_line
 
 _READABLE = (".stl", ".obj", ".msh")
 _LEAST_MASS, _LEAST_INERTIA = "0.01", "0.0001"  # of a link without mass and inertia in the file
-_TURNING = ("revolute", "continuous")
 _PACKAGE = "package://"
 _FILE = "file://"
 
@@ -20,12 +19,15 @@ _FILE = "file://"
 class Urdf:
     """A URDF with absolute paths, and its content that MuJoCo ignores.
 
-    `speeds` are the speed limits of joints in rad/s; `effortless` joints have no effort, or 0.
+    `speeds` are the speed limits of joints in rad/s; `effortless` joints have no effort, or 0, and
+    `endless` ones no limits. `leaders` has the joints that mimic another, with its name.
     """
 
     text: str
     speeds: dict[str, float]
     effortless: frozenset[str]
+    endless: frozenset[str]
+    leaders: dict[str, str]
 
 
 def read_urdf(path: Path) -> Urdf:
@@ -54,13 +56,24 @@ def read_urdf(path: Path) -> Urdf:
     compiler.set("strippath", "false")
     compiler.set("boundmass", _LEAST_MASS)
     compiler.set("boundinertia", _LEAST_INERTIA)
-    turning = frozenset(
-        joint.get("name", "") for joint in root.findall("joint") if joint.get("type") in _TURNING
-    )
+    endless = _of_type(root, "continuous")
     return Urdf(
         text=ElementTree.tostring(root, encoding="unicode"),
         speeds=dict(_limits(root, "velocity")),
-        effortless=turning - dict(_limits(root, "effort")).keys(),
+        effortless=(_of_type(root, "revolute") | endless) - dict(_limits(root, "effort")).keys(),
+        endless=endless,
+        leaders={
+            joint.get("name", ""): mimic.get("joint", "")
+            for joint in root.findall("joint")
+            if (mimic := joint.find("mimic")) is not None
+        },
+    )
+
+
+def _of_type(root: ElementTree.Element, kind: str) -> frozenset[str]:
+    """Return the names of the joints of a type."""
+    return frozenset(
+        joint.get("name", "") for joint in root.findall("joint") if joint.get("type") == kind
     )
 
 

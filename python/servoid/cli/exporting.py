@@ -7,7 +7,13 @@ import typer
 from servoid.cli.export_command import ExportOrder
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.wrong_options import of_options
-from servoid.exchange.export import check_export, check_options, export_body, format_of
+from servoid.exchange.export import (
+    check_export,
+    check_options,
+    density_note,
+    export_body,
+    format_of,
+)
 from servoid.shape import NO_UNIT, body_size_note, load_body
 from servoid.words import counted, four_digits
 
@@ -36,6 +42,10 @@ def run_export(order: ExportOrder) -> None:
         f"{counted(count, 'ellipsoid')}, "
         f"{four_digits(_CM3_PER_M3 * done.volume_m3)} cm³, {four_digits(done.mass_kg)} kg"
     )
-    note = body_size_note(file.body()) if file.is_metric else NO_UNIT
-    if note is not None:
-        typer.echo(f"  note  {note}")
+    notes = (
+        body_size_note(file.body()) if file.is_metric else NO_UNIT,
+        None if order.density is None else density_note(order.density),
+    )
+    for note in notes:
+        if note is not None:
+            typer.echo(f"  note  {note}")

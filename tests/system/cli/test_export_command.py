@@ -108,6 +108,28 @@ def test_what_cannot_be_written_is_refused(
     assert everything_in(tmp_path) == before
 
 
+@pytest.mark.parametrize(
+    ("density", "words"),
+    [
+        ("2", "if g/cm³ was meant, write 2000"),
+        ("7.8", "only light foams have a density of 7.8 kg/m³; if g/cm³ was meant, write 7800"),
+        ("22.6", "if g/cm³ was meant, write 22600"),
+        ("25", None),
+        ("400", None),
+    ],
+)
+def test_a_density_that_metals_have_in_other_units_is_noted(
+    servoid_command: Command, body: Path, tmp_path: Path, density: str, words: str | None
+) -> None:
+    done = servoid_command("export", body, "--out", tmp_path / "b.xml", "--density", density)
+    assert (done.code, done.err) == (0, "")
+    assert (tmp_path / "b.xml").is_file()
+    if words is None:
+        assert "g/cm³" not in done.out
+    else:
+        assert words in " ".join(done.out.split())
+
+
 def test_a_body_that_is_none_is_refused(servoid_command: Command, tmp_path: Path) -> None:
     (tmp_path / "body.json").write_text('{"version": 1')
     done = servoid_command("export", tmp_path / "body.json", "--out", tmp_path / "b.xml")

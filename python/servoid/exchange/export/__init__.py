@@ -7,6 +7,7 @@ from servoid.exchange.export.exporting import (
     Frame,
     check_export,
     check_options,
+    density_note,
     export_body,
     format_of,
 )
@@ -19,6 +20,7 @@ __all__ = [
     "Frame",
     "check_export",
     "check_options",
+    "density_note",
     "export_body",
     "format_of",
 ]

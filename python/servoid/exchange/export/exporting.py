@@ -20,6 +20,7 @@ WATER_KG_M3 = 1000.0
 LEAST_DENSITY = 2.0  # in kg/m³; a beach ball of 40 cm and 100 g has 3
 MOST_DENSITY = 25_000.0  # in kg/m³; the densest metal has about 22,600
 _KG_M3_PER_G_CM3 = 1000.0
+_MOST_G_CM3 = 23.0  # no metal is denser; the lightest foams have 10 to 30 kg/m³
 _RESERVED = ("world",)  # what MuJoCo and SDFormat call their root
 
 
@@ -107,6 +108,16 @@ def check_export(path: Path, format: str) -> None:  # noqa: A002
     check_file(path)
     for addition in chosen.beside:
         check_file(path.parent / (plain_stem(path.stem) + addition))
+
+
+def density_note(density_kg_m3: float) -> str | None:
+    """Report a density that only light foams have in kg/m³, but metals and stones in g/cm³."""
+    if not LEAST_DENSITY <= density_kg_m3 <= _MOST_G_CM3:
+        return None
+    return (
+        f"only light foams have a density of {digits(density_kg_m3)} kg/m³; if g/cm³ was meant, "
+        f"write {digits(_KG_M3_PER_G_CM3 * density_kg_m3)}"
+    )
 
 
 def format_of(path: Path) -> str:

@@ -1,5 +1,7 @@
 """`--mcap`, `--topic` and `--world` on the command line."""
 
+import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -46,6 +48,24 @@ def test_a_run_is_recorded_and_tracked_again_from_the_recording(servoid_command:
     assert (again.code, again.err) == (0, "")
     assert "Tracked run.mcap: 5 observations, 2 cameras" in again.out
     assert Path("again.csv").read_bytes() == Path("poses.csv").read_bytes()
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_recording_of_a_capture_says_that_its_masks_are_left_out(
+    servoid_command: Command,
+) -> None:
+    first = servoid_command("record", "video", "--out", "run.mcap")
+    assert (first.code, first.err) == (0, "")
+    words = "note masks are not part of a recording; mark the object in it with --target, or give a"
+    assert words in flat(first.out)
+    recorded = Path("run.mcap").read_bytes()
+    shutil.rmtree("video/masks")
+    toml = Path("video/capture.toml")
+    toml.write_text(re.sub(r"(?m)^masks = .*\n", "", toml.read_text()))
+    plain = servoid_command("record", "video", "--out", "run.mcap")
+    assert (plain.code, plain.err) == (0, "")
+    assert "masks" not in plain.out
+    assert Path("run.mcap").read_bytes() == recorded
 
 
 @pytest.mark.usefixtures("folder")

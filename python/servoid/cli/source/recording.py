@@ -33,6 +33,10 @@ _UNCALIBRATED = (
     "calibrates them"
 )
 
+_UNMASKED = (
+    "masks are not part of a recording; mark the object in it with --target, or give a --body"
+)
+
 _UNSEATED = (
     "the distance between the cameras is not stored without a calibration; give --baseline or "
     "--calibration when the recording is used"
@@ -118,6 +122,8 @@ def _convert(order: RecordOrder, word: SourceWord) -> None:
         notes.append(("note", _UNSEATED))
     if not opened.capture.metric:
         notes.append(("note", "no length is in metres, which an MCAP recording does not store"))
+    if any(path is not None for one in opened.capture.cameras for path in one.mask_paths):
+        notes.append(("note", _UNMASKED))
     if is_uncalibrated:
         notes.append(("note", _UNCALIBRATED))
     notes += [("assumed", note) for note in opened.notes]

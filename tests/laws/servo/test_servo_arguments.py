@@ -11,7 +11,7 @@ from servo_loop import GOAL_FROM_OBJECT, PERIOD_S, WORLD_FROM_OBJECT
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
-from servoid.servo import Controller, JointState
+from servoid.servo import Controller, JointState, RememberingArm
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 
@@ -38,6 +38,10 @@ ESTIMATES: dict[str, tuple[dict[str, Any], str]] = {
 }
 STATES: dict[str, tuple[Callable[[JointState], Any], str]] = {
     "no state": (lambda _: None, "state must be a servoid.servo.JointState, but is NoneType"),
+    "a tuple": (
+        lambda state: (state.time_s, state.positions, state.velocities),
+        "state must be a servoid.servo.JointState, but is tuple",
+    ),
     "one position too few": (
         lambda state: replace(state, positions=state.positions[:-1]),
         "JointState.positions has 9 numbers, but the arm has 10 joints: give one for each of s1",
@@ -89,6 +93,19 @@ def test_a_joint_state_that_cannot_be_used_is_refused_in_words(case: str) -> Non
     ):
         with pytest.raises(ServoError, match=words):
             ask()
+
+
+@pytest.mark.parametrize("case", STATES)
+def test_an_arm_whose_state_cannot_be_used_is_refused_in_words(case: str) -> None:
+    changed, words = STATES[case]
+
+    class Own(SerialArm):
+        def state(self) -> Any:
+            return changed(super().state())
+
+    for take in (Controller, RememberingArm):
+        with pytest.raises(ServoError, match=words):
+            take(Own(read_arm("pa10"), PERIOD_S))
 
 
 @pytest.mark.parametrize("given", [np.eye(4), [0.0, 0.0, 0.5], "home"])

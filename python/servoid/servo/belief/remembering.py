@@ -7,6 +7,7 @@ import numpy as np
 
 from servoid.errors import ServoError
 from servoid.pose import Floats, Pose
+from servoid.servo.arguments import check_state
 from servoid.servo.arm import Arm, Eyes, Joints, JointState, Shaped, Solid
 
 
@@ -21,7 +22,7 @@ class RememberingArm:
         """Wrap an arm; states older than `seconds` are dropped.
 
         Raises:
-            ServoError: the arm does not know its joint positions.
+            ServoError: the arm's state is none of its joints, or it does not know their positions.
 
         """
         self._arm, self._seconds = arm, seconds
@@ -54,8 +55,14 @@ class RememberingArm:
         return self._arm.period_s
 
     def state(self) -> JointState:
-        """Return the present state of the joints, and record it."""
+        """Return the present state of the joints, and record it.
+
+        Raises:
+            ServoError: it is none of the arm's joints.
+
+        """
         state = self._arm.state()
+        check_state(state, self._arm.joints)
         with self._lock:
             self._remember(state)
         return state

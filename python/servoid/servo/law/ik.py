@@ -3,6 +3,7 @@
 import numpy as np
 
 from servoid.pose import Floats, exact
+from servoid.servo.arguments import check_state
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.law.joints import IDLE_WEIGHT, HandSetpoint, JointSetpoint
 from servoid.servo.settings import JointSettings
@@ -18,10 +19,17 @@ class QuadraticJoints:
     """
 
     def __init__(self, arm: Arm, settings: JointSettings) -> None:
-        """Take the arm's present posture as the preferred one."""
+        """Take the arm's present posture as the preferred one.
+
+        Raises:
+            ServoError: the arm's state is none of its joints.
+
+        """
+        state = arm.state()
+        check_state(state, arm.joints)
         self._settings = settings
         self._count = arm.joints.hand_count
-        self._posture = np.asarray(arm.state().positions, np.float64)[: self._count]
+        self._posture = np.asarray(state.positions, np.float64)[: self._count]
         self._weights = np.repeat([1.0, settings.angular_weight], 3)
 
     def setpoint(self, state: JointState, jacobian: Floats, hand: HandSetpoint) -> JointSetpoint:

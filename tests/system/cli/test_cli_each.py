@@ -115,6 +115,11 @@ def test_a_body_of_an_earlier_run_is_named_as_such(
         (("model", "{}/empty", "--each", "--out", "{}/out"), "no folder in"),
         (("model", "{}/nowhere", "--each", "--out", "{}/out"), "there is no folder"),
         (("model", "{}", "--each", "--out", "{}/out", "--report", "r"), "--report does not apply"),
+        (
+            ("model", "{}", "--each", "--out", "{}/out.json"),
+            "into a folder, but {}/out.json is the name of a single body; give a folder, such as "
+            "--out {}/out",
+        ),
         (("model", "{}", "--out", "{}/out.json", "--workers", "2"), "add --each"),
         (
             ("model", "{}", "--each", "--out", "{}/out", "--workers", "2", "--cluster", "a:1"),
@@ -127,5 +132,6 @@ def test_what_cannot_be_is_told_in_a_line(
 ) -> None:
     ran = servoid_command(*(part.format(captures) for part in arguments))
     assert ran.code in (1, 2)
-    assert message in " ".join(ran.err.replace("│", " ").split())
+    assert message.replace("{}", str(captures)) in " ".join(ran.err.replace("│", " ").split())
     assert "Traceback" not in ran.err
+    assert not (captures / "out.json").exists()

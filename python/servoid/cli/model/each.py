@@ -46,10 +46,10 @@ def run_each(order: ModelOrder) -> None:
 
 
 def _check(order: ModelOrder) -> None:
-    """Refuse options that do not apply to many captures.
+    """Refuse options that do not apply to many captures, and the name of a single body.
 
     Raises:
-        OptionError: such an option was given.
+        OptionError: such an option or name was given.
 
     """
     given = {
@@ -65,6 +65,11 @@ def _check(order: ModelOrder) -> None:
     }
     for option in (option for option, value in given.items() if value is not None):
         raise OptionError(f"{option} does not apply to a folder of captures; leave it out")
+    if order.out.suffix.lower() == ".json" and not order.out.is_dir():
+        raise OptionError(
+            f"--each writes a body for each capture into a folder, but {order.out} is the name of "
+            f"a single body; give a folder, such as --out {order.out.with_suffix('')}"
+        )
 
 
 def _case(order: ModelOrder) -> CaptureCase:

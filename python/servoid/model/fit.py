@@ -21,6 +21,7 @@ from servoid._native import (
 from servoid.brief import brief
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
+from servoid.model.border_agreement import border_notes
 from servoid.model.misfit import center_notes, scale_note, swapped_note
 from servoid.model.misplaced import Fitted, convention_note, misplaced_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
@@ -135,7 +136,8 @@ def fit(
     result = fit_views(used, unused, NO_RANGE_SAMPLES, request)
     are_arrays = not any(isinstance(one, CaptureView) for one in capture_views)
     scale = scale_note(result.body, result.native_used) if are_arrays else None
-    result = result.doubted([*center_notes([*used, *unused]), scale])
+    borders = border_notes([*used, *unused]) if all(view.has_image for view in used) else []
+    result = result.doubted([*center_notes([*used, *unused]), scale, *borders])
     result = replace(result, is_metric=all(view.is_metric for view in used))
     return result if note is None else replace(result, notes=(*result.notes, note))
 

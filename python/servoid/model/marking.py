@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 from servoid.capture import Capture, CaptureView, shrunk
 from servoid.errors import TargetError
+from servoid.model.border_agreement import border_notes
 from servoid.model.finding import find_in_view
-from servoid.segment import HueTarget, Target, undoubted
+from servoid.segment import HueTarget, MaskTarget, Target, undoubted
 from servoid.words import counted
 
 
@@ -15,7 +16,7 @@ class Marked:
     """The usable views of a capture: those with a mask, and the others.
 
     `from_targets` is true if targets marked the first ones, and not the capture's own masks;
-    `notes` are messages for the user, and `doubts` others that doubt what the targets found.
+    `notes` are messages for the user, and `doubts` others that doubt the masks.
     """
 
     views: tuple[CaptureView, ...]
@@ -70,9 +71,12 @@ def mark(
         )
     kept = [marked.get(view.name, view) for view in views]
     small, note = shrunk(kept)
+    found = tuple(view for view in small if view.name in marked)
+    if not trusted and all(isinstance(target, MaskTarget) for target in targets):
+        doubts.extend(border_notes(found))  # other targets were looked for in the images
     replaced = sum(view.has_mask for view in views) if targets else 0
     return Marked(
-        views=tuple(view for view in small if view.name in marked),
+        views=found,
         others=tuple(view for view in small if view.name not in marked),
         from_targets=bool(targets),
         notes=(*([] if note is None else [note]), *([_instead_of(replaced)] if replaced else [])),

@@ -16,6 +16,7 @@ from servoid.model import center_notes, find_everywhere, mark, swapped_note, vie
 from servoid.segment import Target
 from servoid.shape import NO_UNIT, body_size_note, placed
 from servoid.source import Instant, cameras_of
+from servoid.track.distance_check import DistanceCheck, check_distance
 from servoid.track.doubts import (
     body_doubts,
     is_contradicted,
@@ -158,13 +159,17 @@ def begin(
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
     doubts = body_doubts(subject, overlap, recognition)
+    confirms = recognition is not None and recognition.confirms
+    distance = None if confirms else _distance(capture, instant, known, subject)
+    if distance is not None and distance.doubt is not None:
+        doubts.append(distance.doubt)
     is_own = bool(subject.targets) or not has_others
     is_unlike = recognition is not None and recognition.is_unlike
     is_off = (
         (_ELSEWHERE in known.doubts or is_contradicted(overlap, subject.fitness))
         and is_own
-        and not (recognition is not None and recognition.confirms)
-    )
+        and not confirms
+    ) or (distance is not None and distance.is_wrong)
     is_elsewhere = subject.body is not None and (is_unlike or is_off)
     # An appearance that is not seen may look otherwise in another light; later images tell.
     is_wrong = is_elsewhere and (is_off or (recognition is not None and recognition.is_elsewhere))
@@ -324,6 +329,16 @@ def _overlap(capture: Capture, instant: Instant, known: _Known) -> float | None:
         return None
     overlaps = mask_overlaps(capture, instant, placed(known.body, known.pose), known.masks)
     return float(overlaps.mean()) if overlaps.size else None
+
+
+def _distance(
+    capture: Capture, instant: Instant, known: _Known, subject: Subject
+) -> DistanceCheck | None:
+    """Compare the distance of a given body with what is measured, where both are in metres."""
+    if subject.body is None or known.pose is None or not (capture.metric and known.is_metric):
+        return None
+    views = [view for view in _usable(capture, instant).all_views() if view.index == instant.index]
+    return check_distance(views, placed(known.body, known.pose))
 
 
 def _placed(

@@ -42,6 +42,7 @@ _EXPLAINED = 4.0
 _PARTS = 8  # of the matches, for leave-one-part-out; all parts must agree
 _SURE = 4.0  # standard deviations
 _FIT_PX = 1.0  # at 1000 px of diagonal: features that fit are nearer to their lines than this
+_AT_END = "a camera was moved meanwhile, as at the end, though not at the start,"
 _OFF_PX = 2.5  # at 1000 px of diagonal: features further off contradict the cameras' poses
 
 
@@ -86,9 +87,16 @@ def _doubt_images(capture: Capture, *, is_assumed: bool) -> str | None:
         return repeated
     if not (is_assumed or _constrains_focal(_second_from_first(first, second))):
         pairs = list(until_settled(matched))
-        return exchange_note(names, pairs) or contradiction_note(names, pairs)
+        note = exchange_note(names, pairs) or contradiction_note(names, pairs)
+        return note or _doubt_end(names, list(matched)[-1:])
     pairs = list(matched)
     return exchange_note(names, pairs) or _doubt_turned(names, pairs)
+
+
+def _doubt_end(names: tuple[str, str], last: Sequence[MatchedFeatures]) -> str | None:
+    """Return a message if the last images contradict what the first ones confirmed, else None."""
+    note = contradiction_note(names, last)
+    return note and f"{_AT_END} {note}"
 
 
 def _doubt_turned(names: tuple[str, str], pairs: Sequence[MatchedFeatures]) -> str | None:

@@ -7,7 +7,14 @@ from servoid.renamed import refuse_old_names
 from servoid.shape import placed
 from servoid.source import cameras_of, read_instants, tidy_image
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
-from servoid.track.following import Collector, TrackStep, follow, follow_live, track_capture
+from servoid.track.following import (
+    Collector,
+    TrackStep,
+    doubt_capture,
+    follow,
+    follow_live,
+    track_capture,
+)
 from servoid.track.history import BodyChange, Historian, History, LearnedSurface
 from servoid.track.learning import learn_appearance
 from servoid.track.request import Method, Request, Subject
@@ -39,6 +46,7 @@ __all__ = [
     "begin",
     "cameras_of",
     "depths_for",
+    "doubt_capture",
     "follow",
     "follow_live",
     "learn_appearance",

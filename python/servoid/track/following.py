@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from servoid.brief import brief
-from servoid.capture import Capture, Observation
+from servoid.capture import Capture, Observation, doubt_calibration, doubt_rig_poses
 from servoid.errors import TrackError
 from servoid.source import Feed, Instant, read_instants
 from servoid.track.follower import depths_for
@@ -100,6 +100,7 @@ def track_capture(
 ) -> list[TrackResult]:
     """Track objects through a capture, and return the track of each, in the order of the subjects.
 
+    The images are compared with the calibration and the poses of the rig, as `doubt_capture` does.
     `watch` is called after each observation. If it raises, or Ctrl-C is pressed, nothing is
     returned; use `follow` and `Collector` to keep the results so far.
 
@@ -112,7 +113,28 @@ def track_capture(
         collector.add(step)
         if watch is not None:
             watch(step)
-    return collector.results()
+    return doubt_capture(capture, collector.results())
+
+
+def doubt_capture(
+    capture: Capture, results: Sequence[TrackResult], *, is_assumed: bool = False
+) -> list[TrackResult]:
+    """Return tracks with what the images have against the calibration and the poses of the rig.
+
+    `results` are the tracks of all objects in the capture; what was tracked does not rest, and is
+    left out. With `is_assumed`, nobody measured the calibration.
+    """
+    if not results:
+        return []
+    doubt = doubt_calibration(capture, is_assumed=is_assumed)
+    rig_doubt = None
+    if doubt is None:
+        rig_doubt = doubt_rig_poses(
+            capture,
+            lambda index: [ball for one in results if (ball := one.ball_at(index)) is not None],
+            among=[one.index for one in results[0].tracked],
+        )
+    return [replace(one, calibration_doubt=doubt, rig_doubt=rig_doubt) for one in results]
 
 
 @dataclass(frozen=True, eq=False)

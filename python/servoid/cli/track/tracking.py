@@ -23,7 +23,7 @@ from servoid.cli.track.track_summary import notes_on, print_track_summary
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import OutputError, ServoidError, TrackError
 from servoid.exchange.bags.writing import check_mcap, check_mcap_suffix
-from servoid.opening import SourceWord, doubt_calibration, doubt_rig_poses, parse_source
+from servoid.opening import SourceWord, parse_source
 from servoid.output import check_file
 from servoid.record import (
     check_suffix,
@@ -33,7 +33,7 @@ from servoid.record import (
     write_trajectory,
 )
 from servoid.shape import save_body
-from servoid.track import Collector, Request, Subject, TrackResult, TrackStep
+from servoid.track import Collector, Request, Subject, TrackResult, TrackStep, doubt_capture
 from servoid.track import Method as TrackMethod
 from servoid.words import counted
 
@@ -87,16 +87,9 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
     results = collector.results()
     files = _write(order, results, reports)  # first: an interrupt of what follows loses no pose
     is_assumed = order.known.baseline_m is not None
-    doubt = doubt_calibration(footage.capture, is_assumed=is_assumed)
-    rig_doubt = None
-    if doubt is None:
-        rig_doubt = doubt_rig_poses(
-            footage.capture,
-            lambda index: [ball for one in results if (ball := one.ball_at(index)) is not None],
-            among=[one.index for one in results[0].tracked],
-        )
-    results = [replace(one, calibration_doubt=doubt, rig_doubt=rig_doubt) for one in results]
-    lacking += [one for one in (doubt, rig_doubt) if one is not None]
+    results = doubt_capture(footage.capture, results, is_assumed=is_assumed)
+    found = results[0].calibration_doubt, results[0].rig_doubt
+    lacking += [one for one in found if one is not None]
     if reports is not None:
         notes = [*notes_on(footage), *lacking, *footage.notes]
         pages = reports.write(results, _ending(stopped, len(collector)), notes)

@@ -1047,7 +1047,10 @@ class Tracker:
     def appearance(self) -> bytes:
         """The object's appearance as far as it was learned, as bytes. Raises TrackError."""
     def recall(self, appearance: bytes) -> None:
-        """Restores the appearance of an object, as returned by `appearance`. Raises TrackError."""
+        """
+        Restores the appearance of an object, as returned by `appearance`. Raises TrackError, also
+        for None, which `look` of a body's file is if it was saved without an appearance.
+        """
     def begin_evolving(self) -> bool:
         """
         Starts to evolve the body by the sides that were seen, in a separate thread; returns whether

@@ -1,5 +1,6 @@
 """A tracker refuses calls that it cannot take by an error of servoid."""
 
+from pathlib import Path
 from threading import Thread
 
 import numpy as np
@@ -9,6 +10,7 @@ from fake_tracker import plain_body
 from servoid.camera import Camera
 from servoid.errors import TrackError
 from servoid.pose import Pose
+from servoid.shape import load_body, save_body
 from servoid.track import Tracker
 
 IMAGE = np.random.default_rng(0).integers(0, 255, (120, 160, 3), dtype=np.uint8)
@@ -36,6 +38,12 @@ def test_terms_are_scored_at_whole_numbers_from_zero(
 def test_keyframes_are_numbered_from_zero(given: int, tracker: Tracker) -> None:
     with pytest.raises(TrackError, match=f"number must be a whole number.*{given} was given"):
         tracker.keyframe_pose(given)
+
+
+def test_a_file_without_an_appearance_has_none_to_recall(tmp_path: Path, tracker: Tracker) -> None:
+    save_body(tmp_path / "body.json", plain_body())
+    with pytest.raises(TrackError, match="saved without one; start the tracker at a pose"):
+        tracker.recall(load_body(tmp_path / "body.json").look())
 
 
 def test_a_tracker_takes_one_call_at_a_time_and_says_so(tracker: Tracker) -> None:

@@ -30,6 +30,9 @@ pub type Masks<'py> = Listed<Option<GivenMask<'py>>>;
 /// Depth images from Python, None where a camera measured nothing.
 type Depths<'py> = Listed<Option<Metres>>;
 
+const NO_APPEARANCE: &str = "there is no appearance to recall: the body's file was saved without \
+    one; start the tracker at a pose, or learn the appearance with servoid.track.learn_appearance";
+
 /// Tracks a body in six degrees of freedom from observation to observation.
 ///
 /// It is constructed from cameras and a body; raises TrackError. It takes one call at a time: while
@@ -151,8 +154,11 @@ impl Tracker {
         Ok(PyBytes::new(py, &self.0.read()?.appearance().to_bytes()))
     }
 
-    /// Restores the appearance of an object, as returned by `appearance`. Raises TrackError.
-    fn recall(&self, appearance: &[u8]) -> PyResult<()> {
+    /// Restores the appearance of an object, as returned by `appearance`. Raises TrackError, also
+    /// for None, which `look` of a body's file is if it was saved without an appearance.
+    fn recall(&self, appearance: Option<&[u8]>) -> PyResult<()> {
+        let appearance =
+            appearance.ok_or_else(|| named("TrackError", NO_APPEARANCE.to_string()))?;
         let appearance = core::Appearance::from_bytes(appearance).map_err(raise)?;
         self.0.write()?.recall(&appearance);
         Ok(())

@@ -1,5 +1,7 @@
 """Runs pycolmap in a thread: it can be stopped, prints nothing, and its seed is fixed."""
 
+import signal
+import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as NotYet
@@ -24,6 +26,9 @@ def pycolmap() -> ModuleType:
     except ImportError as error:
         raise MissingExtraError.of("scans", "pycolmap", "scan") from error
     library.logging.minloglevel = library.logging.FATAL.value
+    if threading.current_thread() is threading.main_thread():
+        # The library's own handler would end the process with a stack trace.
+        signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM) or signal.SIG_DFL)
     return library
 
 

@@ -56,6 +56,19 @@ def hang_up(*given, **named):
 modelling.fit_capture = hang_up
 main(sys.argv[1:])
 """
+ENDED_WHILE_IT_SCANS = """
+import os, signal, time
+from servoid.cli.interrupting import heeded_signals
+from servoid.scan.running import pycolmap
+
+with heeded_signals() as came:
+    try:
+        pycolmap()
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(30.0)
+    except KeyboardInterrupt:
+        print(came)
+"""
 FORKED_WHILE_IT_RUNS = """
 import multiprocessing, time
 import servoid.cli.app
@@ -133,6 +146,14 @@ def test_a_process_that_a_command_forked_ends_when_it_is_terminated() -> None:
         cwd=HERE,
     )
     assert (ran.stdout, ran.stderr) == (f"{-signal.SIGTERM}\n", "")
+
+
+def test_sigterm_ends_a_scan_as_ctrl_c_does_and_prints_no_stack() -> None:
+    pytest.importorskip("pycolmap", reason="pycolmap, which handles signals, is missing")
+    ran = subprocess.run(  # its output is compared below
+        [sys.executable, "-c", ENDED_WHILE_IT_SCANS], capture_output=True, text=True, check=False
+    )
+    assert (ran.stdout, ran.stderr) == (f"[{int(signal.SIGTERM)}]\n", "")
 
 
 def test_ctrl_c_interrupts_these_tests() -> None:

@@ -16,6 +16,7 @@ from servoid.servo.arguments import (
 )
 from servoid.servo.arm import Arm, JointState, Shaped
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
+from servoid.servo.keeping.arm_watch import ArmWatch
 from servoid.servo.keeping.bounds import Bounds, Rows, Window
 from servoid.servo.keeping.confirming import Confirming
 from servoid.servo.keeping.limiter import Limiter
@@ -118,6 +119,7 @@ class Controller:
         self._target = TargetFilter(settings.target)
         self._supervisor = SafetySupervisor(settings.safety, self._target)
         self._limits = JointLimits(arm.joints, settings.joints, arm.period_s)
+        self._watch = ArmWatch(settings.safety, arm.period_s, len(arm.joints.names))
         self._confirming = Confirming(arm.joints, arm.period_s)
         fade_s = 0.5 * settings.joints.ramp_s
         reaction_s = settings.joints.reaction_s + arm.period_s + fade_s
@@ -201,6 +203,10 @@ class Controller:
         target = Prediction.at_rest(state.time_s, point)
         goal = Moving.at_rest(world_from_goal.inverse() @ point)
         return self._pursue(now, target, goal, 1.0)
+
+    def resume(self) -> None:
+        """Let a hand move again that is held as `DISOBEYED`, once the fault has been removed."""
+        self._watch.resume()
 
     def rest(self, state: JointState) -> Command:
         """Return the command that brings hand and cameras to rest within their limits."""
@@ -297,8 +303,9 @@ class Controller:
         acceleration = (velocities - now.previous) / self._arm.period_s
         return _LastCommand(now.state.time_s, velocities, acceleration, twist, now.jacobian)
 
-    def _stop(self, state: JointState, reason: Reason = Reason.BAD_STATE) -> Command:
+    def _stop(self, state: JointState, reason: Reason | None = None) -> Command:
         """Brake open-loop, if the state, or what was computed from it, cannot be used."""
+        holding = frozenset({reason or self._watch.fault or Reason.BAD_STATE})
         last = self._previous
         if last is None:
             velocities, twist = np.zeros(len(self._arm.joints.names)), np.zeros(6)
@@ -310,7 +317,7 @@ class Controller:
             self._previous = _LastCommand(
                 state.time_s, velocities, acceleration, twist, last.jacobian
             )
-        return Command(velocities.copy(), twist, holding=frozenset({reason}))
+        return Command(velocities.copy(), twist, holding=holding)
 
     def _look_at(self, state: JointState) -> _Now | None:
         """Compute the state of the hand; None if the joints' state cannot be used."""
@@ -323,6 +330,10 @@ class Controller:
         self._supervisor.advance(state.time_s, stopped=state.stopped)
         velocities = np.asarray(state.velocities, np.float64)
         command = self._previous
+        commanded = np.zeros(len(velocities)) if command is None else command.velocities
+        if not self._watch.see(state, commanded):
+            self._supervisor.interrupt()
+            return None
         if (
             command is not None
             and state.time_s - command.time_s > _MISSED_PERIODS * self._arm.period_s

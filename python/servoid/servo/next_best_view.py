@@ -10,6 +10,7 @@ from servoid.errors import ServoError
 from servoid.pose import Floats, Pose, exact, looking
 from servoid.servo.arm import Arm
 from servoid.servo.controller import Command, Controller
+from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.moving import change_between
 from servoid.servo.law.reach import reached
 from servoid.servo.settings import LookSettings
@@ -17,6 +18,7 @@ from servoid.servo.surface import Surface
 from servoid.source import Instant, Source
 
 _ACROSS, _UP, _DISTANCES = 9, 7, 4  # numbers of candidate viewpoints
+_ENDING = frozenset({Reason.STALE, Reason.DISOBEYED})  # faults of the arm that end a visit
 _LOWEST, _HIGHEST = -0.6, 1.2  # rad: elevations of viewpoints above the horizon
 
 
@@ -106,7 +108,7 @@ def visit(
     The hand may still move slowly at the end: `halt` brings it to rest.
 
     Raises:
-        ServoError: the arm's own driver has stopped it.
+        ServoError: the arm's own driver has stopped it, its states stopped, or it did not obey.
 
     """
     world_from_goal, point = goal
@@ -129,6 +131,8 @@ def visit(
         if arrived_s is None and ((near and still) or over):
             arrived_s, late = state.time_s, not (near and still)
         command = controller.go_to(state, world_from_goal, point)
+        for reason in command.holding & _ENDING:
+            raise ServoError(f"on the way to the next viewpoint, {reason.value}")
         arm.command(command.velocities)
         fresh = arrived_s is not None and instant is not None and instant.time_s > arrived_s
         yield VisitStep(command, instant if fresh else None, late)

@@ -234,6 +234,29 @@ class SafetySettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields
         float,
         _above("duration of outliers that is reported; twice as long holds the arm, s"),
     ] = 0.5
+    stale_s: Annotated[
+        float, _above("time without a newer joint state before the arm is held, s")
+    ] = 0.1
+    joint_lag_s: Annotated[
+        float,
+        Meta(
+            gt=0,
+            le=2,
+            description="time within which joints do what is commanded: latency of the joint "
+            "states plus 2.5 time constants of the joints, s",
+        ),
+    ] = 0.35
+    joint_share: Annotated[
+        float,
+        Meta(
+            ge=0,
+            lt=1,
+            description="share of the commanded motion by which a joint's measured one may differ",
+        ),
+    ] = 0.4
+    joint_off: Annotated[
+        float, _above("further difference of both motions above which the arm is held, rad")
+    ] = 0.02
     frozen_after: Annotated[
         int,
         Meta(ge=2, description="consecutive equal images of a moving camera that mean it hangs"),

@@ -27,6 +27,8 @@ class Reason(Enum):
     TELEPORT = "the target jumped farther than it can move"
     RETURNING = "the target is back; waiting for more images that confirm it"
     BAD_STATE = "the arm's joint state or Jacobian is not finite, or its numbers cannot be true"
+    STALE = "the time stamp of the arm's joint state has not advanced for too long"
+    DISOBEYED = "the arm's joints did not move as commanded; Controller.resume lets them move again"
     PROTECTIVE_STOP = "the arm's own driver has stopped it and waits for a reset"
     PARTED = "the tracker's estimates have differed from the filtered pose for too long"
     ADRIFT = "uncertain estimates of the target's rotation would move the goal too far"
@@ -108,6 +110,10 @@ class SafetySupervisor:
             self._held = True
         elif self._held and self._in_a_row >= self._settings.resume_after:
             self._held, self._resumed_s = False, time_s
+
+    def interrupt(self) -> None:
+        """Hold the arm until the next `advance`; then it regains its speed as after other holds."""
+        self._held = True
 
     def see(self, instant: Instant | None, estimate: TargetEstimate | None) -> None:
         """Process an observation and its estimate; the filter uses it if it can be trusted."""

@@ -147,6 +147,7 @@ def test_an_arm_in_millimetres_is_held() -> None:
         controller.see(None, FakeEstimate(arm.time_s, WORLD_FROM_OBJECT, confidence=1.0))
         command = controller.command(arm.state(), GOAL_FROM_OBJECT)
         assert command.holding == {Reason.BAD_STATE}
+        arm.command(command.velocities)
         assert not command.velocities.any()
 
 

@@ -1,0 +1,129 @@
+"""Notices joint states that have stopped, and joints that do not move as commanded."""
+
+from math import ceil
+
+import numpy as np
+
+from servoid.pose import Floats
+from servoid.servo.arm import JointState
+from servoid.servo.keeping.limits import JITTER
+from servoid.servo.keeping.safety import Reason
+from servoid.servo.settings import SafetySettings
+
+_STEP_S = 0.025  # between the times at which both motions are kept
+_SPANS = (10, 40, 160)  # steps over which motions are compared: sudden faults, and slow creeping
+
+
+class ArmWatch:
+    """Decides, once per control period, whether the arm's states show that it obeys.
+
+    States that stop are a fault until they come again. Joints that do not obey are one until
+    `resume`, or until the arm reports a stop of its own: joints at rest would show no fault.
+    """
+
+    def __init__(self, settings: SafetySettings, period_s: float, count: int) -> None:
+        self._stale_s, self._period_s = settings.stale_s, period_s
+        self._motions = _Motions(settings, count)
+        self._stamp_s = -np.inf
+        self._repeats = 0  # control periods since the time stamp advanced
+        self._disobeys = False
+
+    @property
+    def fault(self) -> Reason | None:
+        """Return what is wrong with the arm at present, None if nothing is."""
+        if self._disobeys:
+            return Reason.DISOBEYED
+        return Reason.STALE if self._repeats * self._period_s > self._stale_s else None
+
+    def see(self, state: JointState, velocities: Floats) -> bool:
+        """Process a finite state, and return whether the hand may move.
+
+        `velocities` (N,) in rad/s are those of the last command, 0 if there is none.
+        """
+        last_s, self._stamp_s = self._stamp_s, state.time_s
+        self._repeats = 0 if state.time_s > last_s else self._repeats + 1
+        if state.stopped:
+            self.resume()
+            return self.fault is None
+        if self.fault is not None or state.time_s - last_s > self._stale_s + self._period_s:
+            self._motions.forget()  # without commands, joints may have come to rest
+        if self.fault is None and state.time_s != last_s:
+            self._disobeys = not self._motions.agree(state, velocities)
+        return self.fault is None
+
+    def resume(self) -> None:
+        """Let joints that did not obey move again."""
+        self._disobeys = False
+        self._motions.forget()
+
+
+class _Motions:
+    """Compares each joint's measured motion with the commanded one over the same time.
+
+    A joint follows its commands with latency and lag. Whatever these are, if they end within
+    `joint_lag_s`, its motion over a span is a mean of those that were commanded over spans of the
+    same length that ended at most that time ago. So it is between the least and the greatest.
+    """
+
+    def __init__(self, settings: SafetySettings, count: int) -> None:
+        self._count = count
+        self._off, self._share = settings.joint_off, settings.joint_share
+        self._lag = ceil(settings.joint_lag_s / _STEP_S)
+        self._kept = self._lag + max(_SPANS) + 1
+        # Columns: commanded angles, the length of their way, and measured angles.
+        self._rows = np.zeros((2 * self._kept, 3 * count))
+        self._end = self._known = 0
+        self._row: Floats | None = None
+        self._time_s = self._next_s = 0.0
+
+    def forget(self) -> None:
+        """Begin anew with the next state."""
+        self._row = None
+
+    def agree(self, state: JointState, velocities: Floats) -> bool:
+        """Process a newer state and the speeds (N,) commanded until then; judge the motions."""
+        last, elapsed_s = self._row, state.time_s - self._time_s
+        self._time_s = state.time_s
+        if last is None or elapsed_s <= 0.0:
+            self._begin(state)
+            return True
+        way = elapsed_s * velocities
+        change = np.concatenate([way, np.abs(way), state.positions - last[2 * self._count :]])
+        self._row = last + change
+        agrees = True
+        while self._next_s <= state.time_s:
+            self._keep(self._row - (state.time_s - self._next_s) / elapsed_s * change)
+            self._next_s += _STEP_S
+            agrees = agrees and self._judge()
+        return agrees
+
+    def _begin(self, state: JointState) -> None:
+        """Begin at a state; joints at rest count as having rested before."""
+        self._row = np.concatenate([np.zeros(2 * self._count), state.positions])
+        self._rows[: self._kept] = self._row
+        self._end = self._kept
+        self._known = self._kept if np.abs(state.velocities).max() <= JITTER else 1
+        self._next_s = state.time_s + _STEP_S
+
+    def _keep(self, row: Floats) -> None:
+        if self._end == len(self._rows):
+            self._rows[: self._kept] = self._rows[-self._kept :]
+            self._end = self._kept
+        self._rows[self._end] = row
+        self._end += 1
+        self._known = min(self._known + 1, self._kept)
+
+    def _judge(self) -> bool:
+        """Return whether all joints moved as commanded until the newest row."""
+        end, count, rows = self._end, self._count, self._rows
+        first = end - 1 - self._lag
+        for span in _SPANS:
+            if self._known <= self._lag + span:
+                break
+            told = rows[first:end, : 2 * count] - rows[first - span : end - span, : 2 * count]
+            most, least = told.max(axis=0), told[:, :count].min(axis=0)
+            went = rows[end - 1, 2 * count :] - rows[end - 1 - span, 2 * count :]
+            off = np.maximum(went - most[:count], least - went) - self._share * most[count:]
+            if off.max() > self._off:
+                return False
+        return True

@@ -88,14 +88,17 @@ def _doubt_images(capture: Capture, *, is_assumed: bool) -> str | None:
     if not (is_assumed or _constrains_focal(_second_from_first(first, second))):
         pairs = list(until_settled(matched))
         note = exchange_note(names, pairs) or contradiction_note(names, pairs)
-        return note or _doubt_end(names, list(matched)[-1:])
+        return note or _doubt_end(capture, names)
     pairs = list(matched)
     return exchange_note(names, pairs) or _doubt_turned(names, pairs)
 
 
-def _doubt_end(names: tuple[str, str], last: Sequence[MatchedFeatures]) -> str | None:
+def _doubt_end(capture: Capture, names: tuple[str, str]) -> str | None:
     """Return a message if the last images contradict what the first ones confirmed, else None."""
-    note = contradiction_note(names, last)
+    first, second = capture.cameras[:2]
+    last = len(first.pictures) - 1
+    pair = _pair((first, second), (last, last), _second_from_first(first, second))
+    note = contradiction_note(names, pair) if last > 0 else None
     return note and f"{_AT_END} {note}"
 
 

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from servoid._native import ModelSettings, PaperSettings, Step
+from servoid.model.depth_agreement import with_twins
 from servoid.model.finding import find_in_view
 from servoid.model.fit import Request, fit, fit_mesh, fit_range_samples
 from servoid.model.look import (
@@ -15,7 +16,7 @@ from servoid.model.look import (
 from servoid.model.marking import mark, views_meant
 from servoid.model.misfit import center_notes, swapped_note
 from servoid.model.paper import fit_paper_views
-from servoid.model.range_samples import RangeSamples, range_samples_of_cloud
+from servoid.model.range_samples import RangeSamples, depth_of_pair, range_samples_of_cloud
 from servoid.model.result import Coverage, IouByCount, ModelResult
 from servoid.model.running import Progress, ProgressCallback
 from servoid.model.verdict import GOOD_IOU, ModelVerdict

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
 from servoid.model.running import in_parallel
-from servoid.segment.borders import border_rank, fitting_shift
+from servoid.segment import border_rank, fitting_shift
 from servoid.words import counted
 
 _MOST = 24  # views that are compared, evenly chosen

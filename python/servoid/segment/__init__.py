@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from servoid.renamed import refuse_old_names
+from servoid.segment.borders import border_rank, fitting_shift
 from servoid.segment.boxes import pixels_in, window_around
 from servoid.segment.doubts import Depth, Parting, parted_by_depth
 from servoid.segment.finding import Found, find_object, find_with_doubts, undoubted
@@ -27,8 +28,10 @@ __all__ = [
     "HueTarget",
     "MaskTarget",
     "Target",
+    "border_rank",
     "find_object",
     "find_with_doubts",
+    "fitting_shift",
     "grow_mask",
     "parse_target",
     "undoubted",

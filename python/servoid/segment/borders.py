@@ -115,9 +115,9 @@ def _border(image: Image, mask: Mask, size_px: float = _SIZE_PX) -> _Border | No
         inside = np.asarray(cv2.resize(inside, None, fx=by, fy=by, interpolation=cv2.INTER_AREA))
     size = by * float(np.sqrt(area))
     blur = max(1.0, _BLUR * size)
-    smooth = np.asarray(cv2.GaussianBlur(pixels.astype(np.float32), (0, 0), blur))
+    smooth = np.asarray(cv2.GaussianBlur(pixels.astype(np.float32), (0, 0), blur), np.float32)
     smooth = smooth.reshape(*smooth.shape[:2], -1)
-    soft = np.asarray(cv2.GaussianBlur(inside, (0, 0), blur))
+    soft = np.asarray(cv2.GaussianBlur(inside, (0, 0), blur), np.float32)
     normals = _gradients(soft[..., None])[:, :, 0]
     steep = np.sqrt((normals * normals).sum(axis=2))
     if steep.max() < _STEEP:  # the object fills the image

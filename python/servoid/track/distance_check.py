@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from servoid._native import Body, Camera, Pose
 from servoid.capture import CaptureView
 from servoid.errors import CameraError, TargetError
-from servoid.model.depth_agreement import with_twins
-from servoid.model.range_samples import depth_of_pair
+from servoid.model import depth_of_pair, with_twins
 from servoid.pose import Floats, exact
 from servoid.shape import body_sides
 
@@ -117,7 +116,7 @@ def _depths(body: Body, camera: Camera, world_from_camera: Pose) -> Floats:
         away = exact.product(to_ball, camera_from_body.transform(center[None])[0])
         ways = exact.product(rays.reshape(-1, 3), to_ball.T)
         a, b = (ways * ways).sum(axis=1), exact.product(ways, away)
-        root = b * b - a * (float(away @ away) - 1.0)
+        root = b * b - a * (exact.dot(away, away) - 1.0)
         hit = root > 0.0
         found = np.where(hit, (b - np.sqrt(np.where(hit, root, 0.0))) / a, np.inf)
         found = np.where(found > 0.0, found, np.inf).reshape(columns.shape)

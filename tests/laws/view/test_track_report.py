@@ -42,8 +42,9 @@ from servoid.view.track.turning import Cause
 
 MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(5)))
 CUP = ("--body", "cup.json", "--start", "body")
-# Two balls there overlap the mask of what is drawn by 0.84.
-OWN = Pose(MOVING.world_from_left) @ Pose.from_parts((0.002, -0.008, 0.4), (1.0, 0.0, 0.0, 0.0))
+# Two balls there overlap the mask of what is drawn by 0.84, and are as far away.
+RADIUS_M = 0.042
+OWN = Pose(MOVING.world_from_left) @ Pose.from_parts((0.002, -0.008, 0.42), (1.0, 0.0, 0.0, 0.0))
 PICTURES = ["growth.png", "sides.png", "timeline.png", "turning.png"]
 FILES = {"report.html", "summary.json", *PICTURES}
 CORRECTED = f"{Cause.KNOWN_SIDE.value}: the rotation is corrected by 2.5 degrees"
@@ -61,7 +62,7 @@ def folder(
     """Stand in a folder with a video and a body; the core's tracker is the fake."""
     del fake_core
     (tmp_path / "video").symlink_to(drawn_video)
-    save_body(tmp_path / "cup.json", plain_body(OWN, count=2))
+    save_body(tmp_path / "cup.json", plain_body(OWN, count=2, radius_m=RADIUS_M))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -82,7 +83,7 @@ def eventful(time_s: float) -> dict[str, object]:
 def reported(drawn_video: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a report of an eventful track."""
     folder = tmp_path_factory.mktemp("reported")
-    save_body(folder / "cup.json", plain_body(OWN, count=2))
+    save_body(folder / "cup.json", plain_body(OWN, count=2, radius_m=RADIUS_M))
     with pytest.MonkeyPatch.context() as patch:
         put_fake_core(patch).answers = staticmethod(eventful)
         output = run_servoid(folder, "track", drawn_video, *CUP, "--evolve", "--report", "report")
@@ -204,7 +205,7 @@ def test_a_report_that_cannot_be_written_is_refused_before_tracking(
 
 @pytest.mark.extended
 def test_several_objects_have_a_folder_each(folder: Path, servoid_command: Command) -> None:
-    save_body(folder / "jug.json", plain_body(OWN))
+    save_body(folder / "jug.json", plain_body(OWN, radius_m=RADIUS_M))
     outcome = servoid_command(
         "track", "video", *CUP[:2], "--body", "jug.json", "--start", "cup=body",
         "--start", "jug=body", "--report", "turn",
@@ -252,7 +253,7 @@ def step_of(drawn_video: Path) -> Callable[[int], TrackStep]:
     size = capture.cameras[0].ideal.camera.size_px
 
     def make(index: int) -> TrackStep:
-        body = plain_body(OWN, count=1 + index)
+        body = plain_body(OWN, count=1 + index, radius_m=RADIUS_M)
         [tracked] = track_of([OWN])
         estimate = replace(tracked.estimate, evolved=index > 0)
         tracked = replace(tracked, index=index, estimate=estimate)
@@ -320,7 +321,7 @@ def test_notices_that_differ_by_numbers_are_one_kind() -> None:
 
 def test_a_track_that_was_never_confirmed_and_has_no_drift_has_a_report(tmp_path: Path) -> None:
     lost = track_of([turned((0.0, 0.0, 0.0))], lambda _: {"status": "lost"})
-    result = TrackResult("a <b>", lost, plain_body(OWN, count=2))
+    result = TrackResult("a <b>", lost, plain_body(OWN, count=2, radius_m=RADIUS_M))
     files = view.write_track_report(result, history_of(1), tmp_path / "r", notes=["<i>{{script}}"])
     assert {path.name for path in files} == FILES
     summary = json.loads((tmp_path / "r" / "summary.json").read_text(encoding="utf-8"))

@@ -17,8 +17,9 @@ MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(5))
 BARE = ("--body", "cup.json")
 BOTH = (*BARE, "--body", "jug.json")
 CUP = (*BARE, "--start", "body")
-# A ball there overlaps the mask of what is drawn by 0.83.
-OWN = Pose(MOVING.world_from_left) @ Pose.from_parts((0.012, -0.008, 0.34), (1.0, 0.0, 0.0, 0.0))
+# A ball there overlaps the mask of what is drawn by 0.83, and is as far away.
+RADIUS_M = 0.0494
+OWN = Pose(MOVING.world_from_left) @ Pose.from_parts((0.012, -0.008, 0.42), (1.0, 0.0, 0.0, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -33,8 +34,9 @@ def folder(
     """Stand in a folder with a video and two bodies; the core's tracker is the fake."""
     del fake_core
     (tmp_path / "video").symlink_to(drawn_video)
-    save_body(tmp_path / "cup.json", plain_body(OWN))
-    save_body(tmp_path / "jug.json", plain_body(OWN, count=2), np.zeros((2, 3), np.uint8))
+    save_body(tmp_path / "cup.json", plain_body(OWN, radius_m=RADIUS_M))
+    jug = plain_body(OWN, count=2, radius_m=RADIUS_M)
+    save_body(tmp_path / "jug.json", jug, np.zeros((2, 3), np.uint8))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -226,7 +228,7 @@ def test_an_interrupt_while_the_calibration_is_checked_loses_no_pose(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("servoid.cli.track.tracking.doubt_calibration", interrupted)
+    monkeypatch.setattr("servoid.track.following.doubt_calibration", interrupted)
     assert servoid_command("track", "video", *CUP).code == 130
     assert len(read_trajectory("poses.csv")) == 5
 

@@ -1,6 +1,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -19,8 +20,9 @@ from servoid.source import ASSUMED_HZ
 from servoid.track import Collector, Method, Request, Subject, follow, track_capture
 
 MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(6)))
-# A ball there overlaps the mask of what is drawn by 0.83.
-START = Pose(MOVING.world_from_left) @ Pose.from_parts((0.012, -0.008, 0.34), (1.0, 0.0, 0.0, 0.0))
+# A ball there overlaps the mask of what is drawn by 0.83, and is as far away.
+RADIUS_M = 0.0494
+START = Pose(MOVING.world_from_left) @ Pose.from_parts((0.012, -0.008, 0.42), (1.0, 0.0, 0.0, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +37,7 @@ def own_video(tmp_path: Path) -> Path:
 
 
 def known(**options: object) -> Subject:
-    return Subject(**({"body": plain_body(START), "start": START} | options))  # type: ignore
+    return Subject(**({"body": plain_body(START, radius_m=RADIUS_M), "start": START} | options))  # type: ignore
 
 
 def test_each_observation_is_given_once_in_order_with_its_time(
@@ -327,9 +329,9 @@ def test_the_time_to_read_images_is_not_the_tracker_s(
     clock = [0.0]
     read = Picture.read
 
-    def slowly(picture: Picture, size_px: tuple[int, int]) -> object:
+    def slowly(picture: Picture, *given: Any) -> object:
         clock[0] += 10.0
-        return read(picture, size_px)
+        return read(picture, *given)
 
     monkeypatch.setattr(Picture, "read", slowly)
     monkeypatch.setattr("time.perf_counter", lambda: clock[0])

@@ -10,6 +10,7 @@ from servoid.servo.keeping.limits import JITTER
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.settings import SafetySettings
 
+_STILL_RAD = 1e-3  # between two states of joints at rest
 _STEP_S = 0.025  # between the times at which both motions are kept
 _SPANS = (10, 40, 160)  # steps over which motions are compared: sudden faults, and slow creeping
 
@@ -33,7 +34,8 @@ class ArmWatch:
         """Return what is wrong with the arm at present, None if nothing is."""
         if self._disobeys:
             return Reason.DISOBEYED
-        return Reason.STALE if self._repeats * self._period_s > self._stale_s else None
+        is_late = self._repeats * self._period_s > self._stale_s
+        return Reason.STALE if is_late and self._repeats > 1 else None
 
     def see(self, state: JointState, velocities: Floats) -> bool:
         """Process a finite state, and return whether the hand may move.
@@ -42,9 +44,10 @@ class ArmWatch:
         """
         last_s, self._stamp_s = self._stamp_s, state.time_s
         self._repeats = 0 if state.time_s > last_s else self._repeats + 1
-        if state.stopped:
+        if state.stopped:  # such an arm may send no newer states
+            self._repeats = 0
             self.resume()
-            return self.fault is None
+            return True
         if self.fault is not None or state.time_s - last_s > self._stale_s + self._period_s:
             self._motions.forget()  # without commands, joints may have come to rest
         if self.fault is None and state.time_s != last_s:
@@ -74,6 +77,7 @@ class _Motions:
         self._rows = np.zeros((2 * self._kept, 3 * count))
         self._end = self._known = 0
         self._row: Floats | None = None
+        self._positions: Floats | None = None  # of the last state
         self._time_s = self._next_s = 0.0
 
     def forget(self) -> None:
@@ -83,12 +87,14 @@ class _Motions:
     def agree(self, state: JointState, velocities: Floats) -> bool:
         """Process a newer state and the speeds (N,) commanded until then; judge the motions."""
         last, elapsed_s = self._row, state.time_s - self._time_s
-        self._time_s = state.time_s
-        if last is None or elapsed_s <= 0.0:
-            self._begin(state)
+        before, self._time_s, self._positions = self._positions, state.time_s, state.positions
+        if last is None or not 0.0 < elapsed_s < self._kept * _STEP_S:
+            self._begin(state, state.positions if before is None else before)
             return True
         way = elapsed_s * velocities
-        change = np.concatenate([way, np.abs(way), state.positions - last[2 * self._count :]])
+        went = state.positions - last[2 * self._count :]
+        went -= 2.0 * np.pi * np.rint(went / (2.0 * np.pi))  # where an encoder begins anew
+        change = np.concatenate([way, np.abs(way), went])
         self._row = last + change
         agrees = True
         while self._next_s <= state.time_s:
@@ -97,12 +103,15 @@ class _Motions:
             agrees = agrees and self._judge()
         return agrees
 
-    def _begin(self, state: JointState) -> None:
-        """Begin at a state; joints at rest count as having rested before."""
+    def _begin(self, state: JointState, before: Floats) -> None:
+        """Begin at a state; joints that rest where they were before count as having rested."""
         self._row = np.concatenate([np.zeros(2 * self._count), state.positions])
         self._rows[: self._kept] = self._row
         self._end = self._kept
-        self._known = self._kept if np.abs(state.velocities).max() <= JITTER else 1
+        rests = np.abs(state.velocities).max() <= JITTER
+        # An arm that measures no speeds returns zeros.
+        rests = rests and np.abs(state.positions - before).max() <= _STILL_RAD
+        self._known = self._kept if rests else 1
         self._next_s = state.time_s + _STEP_S
 
     def _keep(self, row: Floats) -> None:

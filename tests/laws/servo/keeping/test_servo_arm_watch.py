@@ -219,6 +219,59 @@ def test_a_tour_of_looks_ends_when_the_arm_does_not_obey_or_its_states_stop(spoi
         list(visit(arm, Nothing(), Controller(arm), goal, LookSettings()))
 
 
+def followed(time_s: float, speed: float, *, wraps: bool = False) -> JointState:
+    """Return the state of joints that move at a speed and measure none."""
+    place = speed * time_s
+    place = (place + np.pi) % (2.0 * np.pi) - np.pi if wraps else place
+    return JointState(time_s, np.full(7, place), np.zeros(7))
+
+
+def test_encoders_that_begin_anew_after_a_turn_are_no_fault() -> None:
+    watch = ArmWatch(SafetySettings(), 0.01, 7)
+    for tick in range(1500):
+        assert watch.see(followed(0.01 * tick, 1.0, wraps=True), np.full(7, 1.0))
+
+
+def test_a_pause_of_the_program_is_no_fault_of_joints_that_go_on_and_measure_no_speeds() -> None:
+    watch, speeds = ArmWatch(SafetySettings(), 0.01, 7), np.full(7, 1.0)
+    # The driver keeps the last command, and the new one takes effect late.
+    for tick in [*range(200), *range(215, 240)]:
+        assert watch.see(followed(0.01 * tick, 1.0), speeds)
+    for tick in range(1, 200):
+        time_s = 2.4 + 0.01 * tick
+        place = 2.4 + 0.05 * (1.0 - np.exp(-0.01 * tick / 0.05))
+        assert watch.see(JointState(time_s, np.full(7, place), np.zeros(7)), np.zeros(7))
+
+
+@pytest.mark.parametrize("stale_s", [0.1, 1e6])
+@pytest.mark.parametrize("gap_s", [1.0, 3600.0, 1.8e9])
+def test_a_clock_that_jumps_takes_no_time_and_is_no_disobedience(
+    stale_s: float, gap_s: float
+) -> None:
+    watch = ArmWatch(SafetySettings(stale_s=stale_s), 0.01, 7)
+    kept: list[int] = []
+    watch._motions._keep = lambda row: kept.append(len(row))
+    for tick in range(100):
+        assert watch.see(followed(0.01 * tick, 0.0), np.zeros(7))
+    for tick in range(100):
+        assert watch.see(followed(gap_s + 0.01 * tick, 0.0), np.zeros(7))
+    assert len(kept) < 300
+
+
+def test_an_arm_that_is_stopped_and_sends_no_newer_states_is_said_to_be_stopped() -> None:
+    run = Run(spoil_nothing, 0.5, by_estimates=True)
+    last = replace(run.arm.state(), stopped=True)
+    run.arm.state = lambda: last
+    assert all(Reason.STALE not in holding for _, holding, _, _ in run.run(1.0))
+    assert Reason.PROTECTIVE_STOP in run.run(0.1)[-1][1]
+
+
+def test_one_state_that_comes_twice_is_no_fault_however_slow_the_control_is() -> None:
+    watch = ArmWatch(SafetySettings(), 0.2, 7)
+    for tick in range(20):
+        assert watch.see(followed(0.4 * (tick // 2), 0.0), np.zeros(7))
+
+
 @settings(max_examples=20)
 @given(
     seed=st.integers(0, 2**32 - 1),

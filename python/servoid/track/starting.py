@@ -49,8 +49,8 @@ class Followed:
     modelling. `overlap` is the intersection over union of the body's outline and the masks of the
     first observation, their mean; None without masks. `doubts` are those of the notes that doubt
     the mask, the body or the pose. `is_metric` is False if the body's lengths are in an unknown
-    unit. `is_wrong` says that mask or appearance contradict the pose of the start, so that all
-    later poses, which follow from it, are wrong by as much.
+    unit. `is_wrong` says that mask, appearance or measured distance contradict the start: all later
+    poses, which follow from it, are wrong by as much.
     """
 
     name: str

@@ -46,23 +46,26 @@ _AT_END = "a camera was moved meanwhile, as at the end, though not at the start,
 _OFF_PX = 2.5  # at 1000 px of diagonal: features further off contradict the cameras' poses
 
 
-def doubt_calibration(capture: Capture, *, is_assumed: bool = False) -> str | None:
+def doubt_calibration(
+    capture: Capture, *, is_assumed: bool = False, last: int | None = None
+) -> str | None:
     """Return a message if images contradict the calibration of a capture's cameras, else None.
 
     Two cameras are compared at the same instants, one camera at views of a static scene. Images
     that the two cameras have exchanged are reported first, and features that would be behind two
     cameras, or do not fit their poses, last. Parallel cameras do not determine the focal length; it
     is compared only if it `is_assumed`, and then only for their being parallel. One stationary
-    camera determines nothing. A principal point outside of the image, as of a calibration for
-    larger images, is reported without looking at them, and one far from the middle beside what they
-    say.
+    camera determines nothing. Parallel cameras that the first images show to be right are compared
+    again at the observation `last`, by default the capture's, unless it is late in a video. A
+    principal point outside of the image, as of a calibration for larger images, is reported without
+    looking at them, and one far from the middle beside what they say.
     """
     outside = _first_note(outside_note, capture.cameras)
     if outside is not None:
         return outside
     notes = (
         _first_note(off_center_note, capture.cameras),
-        _doubt_images(capture, is_assumed=is_assumed),
+        _doubt_images(capture, is_assumed=is_assumed, last=last),
     )
     return "; ".join(note for note in notes if note is not None) or None
 
@@ -75,7 +78,7 @@ def _first_note(
     return next((note for note in notes if note is not None), None)
 
 
-def _doubt_images(capture: Capture, *, is_assumed: bool) -> str | None:
+def _doubt_images(capture: Capture, *, is_assumed: bool, last: int | None) -> str | None:
     """Return a message if matched features contradict the calibration, else None."""
     matched = _pairs(capture)
     if len(capture.cameras) == 1:
@@ -88,18 +91,32 @@ def _doubt_images(capture: Capture, *, is_assumed: bool) -> str | None:
     if not (is_assumed or _constrains_focal(_second_from_first(first, second))):
         pairs = list(until_settled(matched))
         note = exchange_note(names, pairs) or contradiction_note(names, pairs)
-        return note or _doubt_end(capture, names)
+        return note or _doubt_end(capture, names, last, is_settled=bool(pairs))
     pairs = list(matched)
     return exchange_note(names, pairs) or _doubt_turned(names, pairs)
 
 
-def _doubt_end(capture: Capture, names: tuple[str, str]) -> str | None:
-    """Return a message if the last images contradict what the first ones confirmed, else None."""
+def _doubt_end(
+    capture: Capture, names: tuple[str, str], last: int | None, *, is_settled: bool
+) -> str | None:
+    """Return a message if the last images contradict the calibration, else None.
+
+    `is_settled` says that the first ones do not.
+    """
     first, second = capture.cameras[:2]
-    last = len(first.pictures) - 1
-    pair = _pair((first, second), (last, last), _second_from_first(first, second))
-    note = contradiction_note(names, pair) if last > 0 else None
-    return note and f"{_AT_END} {note}"
+    both = enumerate(zip(first.pictures, second.pictures, strict=True))
+    there = [at for at, (one, other) in both if one is not None and other is not None]
+    there = [at for at in there if last is None or at <= last]
+    if len(there) < 2 or (there[-1] >= FIRST_OF_VIDEO and _is_video(first)):
+        return None
+    pair = _pair((first, second), (there[-1], there[-1]), _second_from_first(first, second))
+    note = contradiction_note(names, pair)
+    return note and (f"{_AT_END} {note}" if is_settled else note)
+
+
+def _is_video(camera: CaptureCamera) -> bool:
+    """Return whether its images are those of a video, where late ones take long to reach."""
+    return any(picture is not None and picture.index is not None for picture in camera.pictures)
 
 
 def _doubt_turned(names: tuple[str, str], pairs: Sequence[MatchedFeatures]) -> str | None:

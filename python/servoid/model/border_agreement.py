@@ -1,47 +1,66 @@
 """Compares given masks with the edges of their images."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
+from servoid.errors import ImageError, MaskError
 from servoid.model.running import in_parallel
 from servoid.segment import border_rank, fitting_shift
 from servoid.words import counted
 
-_MOST = 24  # views that are compared, evenly chosen
-_LEAST_RANK = (
-    0.8  # of a single mask; those of recordings, drawn ones and hand-drawn ones reach 0.81
-)
-_LEAST_MEAN = (
-    0.9  # of three masks or more; those of photographs have 1.0, exchanged ones 0.6 to 0.94
-)
+_MOST, _TRIED = 24, 6  # views that are compared, and on which changes are tried, evenly chosen
+_LEAST_RANK = 0.8  # of a single mask; right ones, and drawn by hand, reach 0.81
+_BAD_RANK = 0.6  # of one among several, below which it is in doubt by itself
+_LEAST_MEAN = 0.9  # of several; masks of photographs reach 1, exchanged ones 0.6 to 0.94
 _FEW = 3
 _FITS = 0.97  # mean rank of another assignment that fits
 _ALIKE = 0.05  # of the object's size, by which displacements of most views may differ
 
 Image = NDArray[np.uint8]
-Change = Callable[[Image], Image]
+
+
+@dataclass(frozen=True)
+class _Change:
+    """What may be wrong with images: which one a mask should have, or how it should look.
+
+    `place` returns the place of the image for that of a mask among so many views of a camera.
+    """
+
+    words: str
+    place: Callable[[int, int], int] = lambda at, _: at
+    looks: Callable[[Image], Image] = lambda image: image
+
+
+_CHANGES = (
+    _Change("the images are mirrored", looks=lambda image: image[:, ::-1]),
+    _Change("the images are rotated by 180 degrees", looks=lambda image: image[::-1, ::-1]),
+    _Change("each has the image of the next one", lambda at, count: (at + 1) % count),
+    _Change("each has the image of the one before", lambda at, count: (at - 1) % count),
+    _Change("the order of the images is reversed", lambda at, count: count - 1 - at),
+)
 
 
 def border_notes(views: Sequence[CaptureView]) -> list[str]:
     """Report masks whose borders do not lie on edges of their images; empty if they do.
 
-    Raises:
-        ImageError, MaskError: a file cannot be used.
-
+    What cannot be read is not compared: it is reported where it is needed.
     """
     seen = [view for view in views if view.has_image and view.has_mask]
-    seen = [
-        seen[place] for place in np.linspace(0, len(seen) - 1, min(_MOST, len(seen)), dtype=int)
-    ]
-    told = in_parallel(lambda view: border_rank(view.image(), view.mask()), seen)
-    ranks = {view.name: rank for view, rank in zip(seen, told, strict=True) if rank is not None}
+    chosen = _evenly(seen, _MOST)
+    told = in_parallel(lambda view: _rank(view, view), chosen)
+    ranks = {view.name: rank for view, rank in zip(chosen, told, strict=True) if rank is not None}
     bad = [name for name, rank in ranks.items() if rank < _LEAST_RANK]
     mean = float(np.mean(list(ranks.values()))) if ranks else 1.0
-    if not bad and (len(ranks) < _FEW or mean >= _LEAST_MEAN):
+    if len(ranks) < _FEW:
+        is_doubted = bool(bad)
+    else:
+        is_doubted = mean < _LEAST_MEAN or len(bad) > 1 or min(ranks.values()) < _BAD_RANK
+    if not is_doubted:
         return []
     if len(seen) == 1:
         return [
@@ -62,41 +81,48 @@ def border_notes(views: Sequence[CaptureView]) -> list[str]:
     ]
 
 
+def _evenly(views: Sequence[CaptureView], most: int) -> list[CaptureView]:
+    places = np.linspace(0, len(views) - 1, min(most, len(views)), dtype=int)
+    return [views[place] for place in places]
+
+
 def _better(views: Sequence[CaptureView]) -> str | None:
     """Say what makes the masks fit their images; None if nothing that was tried does."""
-    for words, order, change in _changes(len(views)):
-        shown = [views[place] for place in order]
-        ranks = in_parallel(partial(_rank, change), zip(shown, views, strict=True))
+    cameras = {view.camera_name for view in views}
+    by_camera = {name: [one for one in views if one.camera_name == name] for name in cameras}
+    tried = _evenly(views, _TRIED)
+    for change in _CHANGES:
+        shown = []
+        for view in tried:
+            own = by_camera[view.camera_name]
+            shown.append(own[change.place(own.index(view), len(own))])
+        ranks = in_parallel(partial(_changed_rank, change), zip(shown, tried, strict=True))
         found = [rank for rank in ranks if rank is not None]
         if len(found) >= _FEW and np.mean(found) >= _FITS:
-            return words
-    return _displaced(views)
+            return change.words
+    return _displaced(tried)
 
 
-def _changes(count: int) -> Iterator[tuple[str, list[int], Change]]:
-    """Yield what is tried: words, the place of each mask's image, and what becomes of the image."""
-    places = list(range(count))
-    yield "the images are mirrored", places, lambda image: image[:, ::-1]
-    yield "the images are rotated by 180 degrees", places, lambda image: image[::-1, ::-1]
-    yield "each has the image of the next one", [*places[1:], places[0]], _same
-    yield "each has the image of the one before", [places[-1], *places[:-1]], _same
-    yield "the order of the images is reversed", places[::-1], _same
+def _changed_rank(change: _Change, pair: tuple[CaptureView, CaptureView]) -> float | None:
+    return _rank(*pair, change.looks)
 
 
-def _same(image: Image) -> Image:
-    return image
-
-
-def _rank(change: Change, pair: tuple[CaptureView, CaptureView]) -> float | None:
-    shown, masked = pair
-    image, mask = change(shown.image()), masked.mask()
+def _rank(
+    shown: CaptureView,
+    masked: CaptureView,
+    looks: Callable[[Image], Image] = lambda image: image,
+) -> float | None:
+    """Return the rank of a view's mask in the image of another one; None where none is told."""
+    try:
+        image, mask = looks(shown.image()), masked.mask()
+    except (ImageError, MaskError):
+        return None
     return border_rank(image, mask) if image.shape[:2] == mask.shape else None
 
 
 def _displaced(views: Sequence[CaptureView]) -> str | None:
     """Return by how much all masks are beside the object, if they are by the same."""
-    views = views[:: max(1, len(views) // _FEW)]
-    told = in_parallel(lambda view: fitting_shift(view.image(), view.mask()), views)
+    told = in_parallel(_shift, views)
     shifts = np.array([shift for shift in told if shift is not None])
     if len(shifts) < _FEW:
         return None
@@ -108,3 +134,13 @@ def _displaced(views: Sequence[CaptureView]) -> str | None:
         return None
     x, y = np.rint(usual).astype(int)
     return f"they are moved by ({x}, {y}) pixels"
+
+
+def _shift(view: CaptureView) -> tuple[float, float, float] | None:
+    """Return the shift of a mask, and the object's size, in pixels of the recorded image."""
+    try:
+        found = fitting_shift(view.image(), view.mask())
+    except (ImageError, MaskError):
+        return None
+    by = view.recorded.by
+    return None if found is None else (found[0] * by, found[1] * by, found[2] * by)

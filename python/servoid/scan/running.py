@@ -1,6 +1,7 @@
 """Runs pycolmap in a thread: it can be stopped, prints nothing, and its seed is fixed."""
 
 import signal
+import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -21,12 +22,13 @@ def pycolmap() -> ModuleType:
         MissingExtraError: it is not installed.
 
     """
+    is_new = "pycolmap" not in sys.modules
     try:
         import pycolmap as library
     except ImportError as error:
         raise MissingExtraError.of("scans", "pycolmap", "scan") from error
     library.logging.minloglevel = library.logging.FATAL.value
-    if threading.current_thread() is threading.main_thread():
+    if is_new and threading.current_thread() is threading.main_thread():
         # The library's own handler would end the process with a stack trace.
         signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM) or signal.SIG_DFL)
     return library

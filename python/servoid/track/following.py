@@ -126,7 +126,8 @@ def doubt_capture(
     """
     if not results:
         return []
-    doubt = doubt_calibration(capture, is_assumed=is_assumed)
+    last = results[0].tracked[-1].index
+    doubt = doubt_calibration(capture, is_assumed=is_assumed, last=last)
     rig_doubt = None
     if doubt is None:
         rig_doubt = doubt_rig_poses(

@@ -49,10 +49,7 @@ impl Rows {
         Self { numbers, columns: self.count() }
     }
 
-    /// Multiplies it from the left with another matrix; see [`product`].
-    ///
-    /// # Panics
-    /// If the shapes do not fit.
+    /// Multiplies it from the left with another matrix that fits; see [`product`].
     #[must_use]
     pub fn times(&self, other: &Self) -> Self {
         let numbers = product(&self.numbers, &other.numbers, self.columns, other.columns);
@@ -117,15 +114,14 @@ impl From<&DMatrix<f64>> for Rows {
 }
 
 /// Multiplies matrices by rows, whose inner index has a length: each sum is in the order of it.
-///
-/// # Panics
-/// If `left` is not made of whole rows, or `right` does not have `inner` rows of a width.
+/// `left` must be made of whole rows, and `right` of `inner` rows of a width; what is left over does
+/// not count.
 #[must_use]
 pub fn product(left: &[f64], right: &[f64], inner: usize, width: usize) -> Vec<f64> {
     if inner == 0 || width == 0 {
         return Vec::new();
     }
-    assert!(
+    debug_assert!(
         left.len().is_multiple_of(inner) && right.len() == inner * width,
         "{} numbers in rows of {inner} and {} in rows of {width} have no product",
         left.len(),
@@ -173,4 +169,74 @@ fn sums_of_any_width(left: &[f64], right: &[f64], inner: usize, width: usize) ->
 #[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Returns a matrix of numbers of very different sizes, so that the order of a sum shows.
+    fn matrix(seed: u64, rows: usize, columns: usize) -> Rows {
+        let mut state = seed.wrapping_mul(2).wrapping_add(1);
+        let mut draw = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040);
+            let unit = (state >> 11) as f64 / (1_u64 << 53) as f64;
+            (2.0 * unit - 1.0) * libm::pow(10.0, (state % 7) as f64 - 3.0)
+        };
+        let numbers = (0..rows * columns).map(|_| draw()).collect();
+        Rows { numbers, columns }
+    }
+
+    proptest! {
+        #[test]
+        fn products_of_any_width_have_the_bits_of_sums_in_the_order_of_the_inner_index(
+            seed in any::<u64>(),
+            rows in 1..5_usize,
+            inner in 1..14_usize,
+            width in 1..14_usize,
+        ) {
+            let (a, b) = (matrix(seed, rows, inner), matrix(seed ^ 7, inner, width));
+            let product = a.times(&b);
+            for row in 0..rows {
+                for column in 0..width {
+                    let sum = (0..inner).fold(0.0, |sum, k| sum + a.at(row, k) * b.at(k, column));
+                    prop_assert_eq!(product.at(row, column).to_bits(), sum.to_bits());
+                }
+            }
+            prop_assert_eq!(a.times_vector(&b.transposed().numbers[..inner]), (0..rows)
+                .map(|row| product.at(row, 0)).collect::<Vec<_>>());
+        }
+
+        #[test]
+        fn what_is_solved_gives_the_right_side_and_eigenvectors_the_matrix(
+            seed in any::<u64>(),
+            count in 1..7_usize,
+        ) {
+            let half = matrix(seed, count, count);
+            let mut even = half.times(&half.transposed());
+            for at in 0..count {
+                *even.at_mut(at, at) += 1e4;
+            }
+            let right = matrix(seed ^ 5, count, 3);
+            let solved = even.solve(&right).unwrap();
+            let scale = even.numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            for (one, other) in even.times(&solved).numbers.iter().zip(&right.numbers) {
+                prop_assert!((one - other).abs() < 1e-9 * scale);
+            }
+            let (values, vectors) = even.symmetric_eigen().unwrap();
+            prop_assert!(values.is_sorted());
+            let along = even.times(&vectors);
+            for (at, value) in along.numbers.iter().enumerate() {
+                let (row, column) = (at / count, at % count);
+                prop_assert!((value - values[column] * vectors.at(row, column)).abs() < 1e-9 * scale);
+            }
+        }
+    }
+
+    #[test]
+    fn a_singular_matrix_solves_nothing() {
+        assert!(Rows::zeros(2, 2).solve(&Rows::zeros(2, 1)).is_none());
+    }
 }

@@ -56,8 +56,16 @@ class Waypoint:
     notices: str = ""
 
 
-def waypoints(tracked: Sequence[Tracked], smoothed: Sequence[Pose] | None = None) -> list[Waypoint]:
-    """Return the waypoints of estimates, with `smoothed` poses in place of their own if given."""
+def waypoints(
+    tracked: Sequence[Tracked],
+    smoothed: Sequence[Pose] | None = None,
+    *,
+    notices_on_all: Sequence[str] = (),
+) -> list[Waypoint]:
+    """Return the waypoints of estimates, with `smoothed` poses in place of their own if given.
+
+    `notices_on_all` are added to the notices of each.
+    """
     if smoothed is None:
         smoothed = [one.estimate.world_from_object for one in tracked]
     return [
@@ -69,7 +77,7 @@ def waypoints(tracked: Sequence[Tracked], smoothed: Sequence[Pose] | None = None
             observation=one.index,
             std_m=_worst(one.estimate.covariance[:3, :3]),
             std_rad=_worst(one.estimate.covariance[3:, 3:]),
-            notices=_BETWEEN_NOTICES.join(one.notices),
+            notices=_BETWEEN_NOTICES.join((*one.notices, *notices_on_all)),
         )
         for one, pose in zip(tracked, smoothed, strict=True)
     ]

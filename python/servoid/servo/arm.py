@@ -80,8 +80,8 @@ class Eyes:
 class JointState:
     """The readings of the joints' sensors: angles (N,) in radians, speeds (N,) in rad/s, and time.
 
-    The time goes on while the joints rest, too. `stopped` is true if the arm's own driver has brought it to a protective stop, in which commands
-    have no effect until somebody resets it.
+    The time goes on while the joints rest, too. `stopped` is true if the arm's own driver has
+    brought it to a protective stop, in which commands have no effect until somebody resets it.
 
     Raises:
         ServoError: the time is no number, or another value is not a row of numbers.

@@ -139,14 +139,18 @@ class TrackResult:
         return "unknown" if word == _VERDICTS[0][0] and self._is_short else word
 
     @property
+    def notices_on_all(self) -> list[str]:
+        """Return what puts all poses in doubt, as notices that go with each of them in files."""
+        calibration = ["the calibration is in doubt"] if self.calibration_doubt is not None else []
+        rig = ["the poses of the rig are in doubt"] if self.rig_doubt is not None else []
+        return [*calibration, *rig]
+
+    @property
     def reasons(self) -> list[str]:
         """Return what speaks against the tracking: doubts, and observations not tracked."""
         away = len(self) - self.tracked_count
         reasons = ["what was found at first is in doubt"] if self.doubts else []
-        if self.calibration_doubt is not None:
-            reasons.append("the calibration is in doubt")
-        if self.rig_doubt is not None:
-            reasons.append("the poses of the rig are in doubt")
+        reasons.extend(self.notices_on_all)
         if away:
             reasons.append(f"not tracked in {away} of {counted(len(self), 'observation')}")
         if self.verdict == "unknown":

@@ -12,6 +12,7 @@ from recordings import run_servoid
 from servoid.capture import Capture, doubt_rig_poses, open_capture
 from servoid.capture.moving_rig import _Seen
 from servoid.pose import Pose
+from servoid.record import read_trajectory
 from servoid.sim import Scenario, write_moving_sample
 
 DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
@@ -170,6 +171,9 @@ def test_a_track_with_wrong_poses_of_its_rig_is_not_good(moving: Capture, tmp_pa
         assert f"verdict {word}" in words
         assert ("the poses of the rig are in doubt" in words) == (fault is not None)
         assert ("the images contradict the poses of the rig" in words) == (fault is not None)
+        notices = [point.notices for point in read_trajectory(tmp_path / "poses.csv")]
+        said = ["the poses of the rig are in doubt" in one for one in notices]
+        assert said == [fault is not None] * 9, "with each pose, for who reads only these"
 
 
 @pytest.mark.extended

@@ -88,6 +88,8 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
     files = _write(order, results, reports)  # first: an interrupt of what follows loses no pose
     is_assumed = order.known.baseline_m is not None
     results = doubt_capture(footage.capture, results, is_assumed=is_assumed)
+    if any(one.notices_on_all for one in results):
+        _write_poses(order, results)  # once more, with these notices
     found = results[0].calibration_doubt, results[0].rig_doubt
     lacking += [one for one in found if one is not None]
     if reports is not None:
@@ -301,15 +303,8 @@ def _write(
         raise TrackError(f"{order.source}: nothing was tracked")
     if reports is not None:
         reports.make_folders()
-    files = []
+    files = _write_poses(order, results)
     for result in results:
-        path = place_of(order.out, result.name, len(results))
-        write_trajectory(path, waypoints(result.tracked))
-        files.append(("poses", path))
-        if order.smooth is not None:
-            path = place_of(order.smooth, result.name, len(results))
-            write_trajectory(path, waypoints(result.tracked, result.smoothed))
-            files.append(("smoothed", path))
         if order.save_body is not None:
             path = place_of(order.save_body, result.name, len(results))
             save_body(
@@ -320,4 +315,18 @@ def _write(
                 is_metric=result.is_metric,
             )
             files.append(("body", path))
+    return files
+
+
+def _write_poses(order: TrackOrder, results: list[TrackResult]) -> list[tuple[str, Path]]:
+    """Write the poses of each object, and the smoothed ones; return each file's kind and path."""
+    files = []
+    for result in results:
+        all_poses = {"poses": (order.out, None), "smoothed": (order.smooth, result.smoothed)}
+        for kind, (path, smoothed) in all_poses.items():
+            if path is not None:
+                place = place_of(path, result.name, len(results))
+                on_all = result.notices_on_all
+                write_trajectory(place, waypoints(result.tracked, smoothed, notices_on_all=on_all))
+                files.append((kind, place))
     return files

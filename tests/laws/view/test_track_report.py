@@ -42,8 +42,7 @@ from servoid.view.track.turning import Cause
 
 MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(5)))
 CUP = ("--body", "cup.json", "--start", "body")
-# Two balls there overlap the mask of what is drawn by 0.84, and are as far away.
-RADIUS_M = 0.042
+RADIUS_M = 0.042  # of two balls that overlap the drawn mask by 0.84, and are as far away
 OWN = Pose(MOVING.world_from_left) @ Pose.from_parts((0.002, -0.008, 0.42), (1.0, 0.0, 0.0, 0.0))
 PICTURES = ["growth.png", "sides.png", "timeline.png", "turning.png"]
 FILES = {"report.html", "summary.json", *PICTURES}

@@ -201,9 +201,7 @@ pub fn exact_solve<'py>(
 /// columns.
 #[pyfunction]
 pub fn exact_eigh<'py>(py: Python<'py>, a: PyReadonlyArray2<'py, f64>) -> PyResult<Eigen<'py>> {
-    let is_square = a.as_array().is_square();
-    let found = is_square.then(|| matrix(&a).symmetric_eigen()).flatten();
-    let Some((values, vectors)) = found else {
+    let Some((values, vectors)) = matrix(&a).symmetric_eigen() else {
         return Err(PyValueError::new_err("the eigenvalues of the matrix cannot be found"));
     };
     Ok((values.into_pyarray(py), array(py, vectors)?))

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from servoid._native import Lens, Pose
-from servoid.camera import Recorded, off_center_note, outside_note
+from servoid.camera import Picture, Recorded, off_center_note, outside_note
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.capture.exchanged import (
     contradiction_note,
@@ -42,8 +42,8 @@ _EXPLAINED = 4.0
 _PARTS = 8  # of the matches, for leave-one-part-out; all parts must agree
 _SURE = 4.0  # standard deviations
 _FIT_PX = 1.0  # at 1000 px of diagonal: features that fit are nearer to their lines than this
-_AT_END = "a camera was moved meanwhile, as at the end, though not at the start,"
 _OFF_PX = 2.5  # at 1000 px of diagonal: features further off contradict the cameras' poses
+_AT_END = "a camera was moved meanwhile, as at the end, though not at the start,"
 
 
 def doubt_calibration(
@@ -104,14 +104,18 @@ def _doubt_end(
     `is_settled` says that the first ones do not.
     """
     first, second = capture.cameras[:2]
-    both = enumerate(zip(first.pictures, second.pictures, strict=True))
-    there = [at for at, (one, other) in both if one is not None and other is not None]
-    there = [at for at in there if last is None or at <= last]
+    there = [at for at, _ in _of_both(first, second) if last is None or at <= last]
     if len(there) < 2 or (there[-1] >= FIRST_OF_VIDEO and _is_video(first)):
         return None
     pair = _pair((first, second), (there[-1], there[-1]), _second_from_first(first, second))
     note = contradiction_note(names, pair)
     return note and (f"{_AT_END} {note}" if is_settled else note)
+
+
+def _of_both(one: CaptureCamera, other: CaptureCamera) -> list[tuple[int, tuple[Picture, Picture]]]:
+    """Return the instants at which two cameras have images, each with these."""
+    pairs = enumerate(zip(one.pictures, other.pictures, strict=True))
+    return [(at, (a, b)) for at, (a, b) in pairs if a is not None and b is not None]
 
 
 def _is_video(camera: CaptureCamera) -> bool:
@@ -170,9 +174,8 @@ def _doubt_fit(
 
 def _repeated(one: CaptureCamera, other: CaptureCamera) -> str | None:
     """Report two cameras whose images are equal at the first instant, the middle or the last."""
-    pairs = enumerate(zip(one.pictures, other.pictures, strict=True))
-    both = [(at, (a, b)) for at, (a, b) in pairs if a is not None and b is not None]
-    if both and any(picture.index is not None for picture in both[0][1]):
+    both = _of_both(one, other)
+    if _is_video(one) or _is_video(other):
         both = both[:FIRST_OF_VIDEO]
     for place in sorted({0, len(both) // 2, len(both) - 1}) if both else ():
         at, pictures = both[place]

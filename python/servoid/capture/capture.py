@@ -165,10 +165,14 @@ class CaptureView:
         return self.picture.is_there
 
     @property
+    def has_depth(self) -> bool:
+        """Return whether there is a depth image, in a file or in memory."""
+        return self.depth_path is not None or self.depth_m is not None
+
+    @property
     def has_mask(self) -> bool:
         """Return whether there is a mask, in a file or in memory."""
-        known = (self.given_mask, self.recorded_mask, self.mask_path)
-        return any(mask is not None for mask in known)
+        return any(one is not None for one in (self.given_mask, self.recorded_mask, self.mask_path))
 
     @cached_property
     def ideal(self) -> IdealCamera:

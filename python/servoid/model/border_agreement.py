@@ -52,7 +52,7 @@ def border_notes(views: Sequence[CaptureView]) -> list[str]:
     """
     seen = [view for view in views if view.has_image and view.has_mask]
     chosen = _evenly(seen, _MOST)
-    told = in_parallel(lambda view: _rank(view, view), chosen)
+    told = in_parallel(_rank, zip(chosen, chosen, strict=True))
     ranks = {view.name: rank for view, rank in zip(chosen, told, strict=True) if rank is not None}
     bad = [name for name, rank in ranks.items() if rank < _LEAST_RANK]
     mean = float(np.mean(list(ranks.values()))) if ranks else 1.0
@@ -90,29 +90,25 @@ def _better(views: Sequence[CaptureView]) -> str | None:
     """Say what makes the masks fit their images; None if nothing that was tried does."""
     cameras = {view.camera_name for view in views}
     by_camera = {name: [one for one in views if one.camera_name == name] for name in cameras}
+    places = {one.name: at for own in by_camera.values() for at, one in enumerate(own)}
     tried = _evenly(views, _TRIED)
     for change in _CHANGES:
-        shown = []
+        pairs = []
         for view in tried:
             own = by_camera[view.camera_name]
-            shown.append(own[change.place(own.index(view), len(own))])
-        ranks = in_parallel(partial(_changed_rank, change), zip(shown, tried, strict=True))
+            pairs.append((own[change.place(places[view.name], len(own))], view))
+        ranks = in_parallel(partial(_rank, looks=change.looks), pairs)
         found = [rank for rank in ranks if rank is not None]
         if len(found) >= _FEW and np.mean(found) >= _FITS:
             return change.words
     return _displaced(tried)
 
 
-def _changed_rank(change: _Change, pair: tuple[CaptureView, CaptureView]) -> float | None:
-    return _rank(*pair, change.looks)
-
-
 def _rank(
-    shown: CaptureView,
-    masked: CaptureView,
-    looks: Callable[[Image], Image] = lambda image: image,
+    pair: tuple[CaptureView, CaptureView], looks: Callable[[Image], Image] = lambda image: image
 ) -> float | None:
-    """Return the rank of a view's mask in the image of another one; None where none is told."""
+    """Return the rank of the second view's mask in the image of the first; None if none is told."""
+    shown, masked = pair
     try:
         image, mask = looks(shown.image()), masked.mask()
     except (ImageError, MaskError):

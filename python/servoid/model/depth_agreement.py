@@ -49,7 +49,7 @@ def check_depth_agrees(pairs: Sequence[tuple[CaptureView, CaptureView]]) -> None
         CameraError: the images of a pair are exchanged.
 
     """
-    pairs = [pair for pair in pairs if _has_depth(pair[0])]
+    pairs = [pair for pair in pairs if pair[0].has_depth]
     if not pairs:
         return
     chosen = np.unique(np.linspace(0, len(pairs) - 1, _MOST_VIEWS).round())
@@ -75,7 +75,7 @@ def parted_notes(views: Iterable[CaptureView]) -> list[str]:
     """Report views whose mask covers two surfaces in their depth image."""
     notes = []
     for view in views:
-        depth = view.depth() if _has_depth(view) else None
+        depth = view.depth() if view.has_depth else None
         if depth is None:
             continue
         mask = view.mask()
@@ -123,10 +123,6 @@ def _is_around(mask: NDArray[np.uint8], depth: NDArray[np.float32], parting: Par
 
 def _kernel(reach_px: int) -> NDArray[np.uint8]:
     return np.ones((2 * reach_px + 1,) * 2, np.uint8)
-
-
-def _has_depth(view: CaptureView) -> bool:
-    return view.depth_path is not None or view.depth_m is not None
 
 
 def _compare(view: CaptureView, other: CaptureView) -> _Compared | None:

@@ -136,7 +136,7 @@ def fit(
     result = fit_views(used, unused, NO_RANGE_SAMPLES, request)
     are_arrays = not any(isinstance(one, CaptureView) for one in capture_views)
     scale = scale_note(result.body, result.native_used) if are_arrays else None
-    borders = border_notes([*used, *unused]) if all(view.has_image for view in used) else []
+    borders = border_notes([*used, *unused])
     result = result.doubted([*center_notes([*used, *unused]), scale, *borders])
     result = replace(result, is_metric=all(view.is_metric for view in used))
     return result if note is None else replace(result, notes=(*result.notes, note))

@@ -12,13 +12,13 @@ from servoid.errors import CameraError, CaptureError, ImageError, TargetError
 from servoid.model import depth_of_pair, with_twins
 from servoid.pose import Floats, exact
 from servoid.shape import body_sides
+from servoid.track.doubts import WRONG_M, WRONG_SHARE
 
 _RAYS = 20_000  # at most, of which those that meet the body are compared
 _LEAST_RAYS, _LEAST_SHARE = 60, 0.35  # of those inside of the outline, that are measured
 _BORDER_PX = 3  # depth at the outline mixes object and background
 _CLEARER = 0.5  # part of what correlation lacks at the body's depth, below which it shows another
-# In metres, as a share of the longest side, and of the distance: the largest makes a pose wrong.
-_WRONG_M, _WRONG_SIDE, _WRONG_WAY = 0.02, 0.1, 0.03
+_WRONG_WAY = 0.03  # of the distance, by which a pose is wrong if that is more
 _DOUBTFUL = 0.5  # of that; right bodies of eight recorded pairs are off by 0.2 at most
 
 
@@ -42,7 +42,7 @@ class DistanceCheck:
         middle, high = map(float, np.quantile(expected - depth, (0.5, 0.75)))
         off_m = max(middle, 0.0) + min(high, 0.0)
         there, here = (float(np.median(one)) for one in (expected, depth))
-        return cls(there, here, off_m, max(_WRONG_M, _WRONG_SIDE * longest_m, _WRONG_WAY * here))
+        return cls(there, here, off_m, max(WRONG_M, WRONG_SHARE * longest_m, _WRONG_WAY * here))
 
     @property
     def is_wrong(self) -> bool:
@@ -70,7 +70,7 @@ def check_distance(views: Sequence[CaptureView], body: Body) -> DistanceCheck | 
     """
     longest_m = float(body_sides(body).max())
     for view, twin in [*((view, None) for view in views), *with_twins(views, views)]:
-        if not view.has_image:
+        if not view.has_image or (twin is None and not view.has_depth):
             continue
         expected = _depths(body, view.camera, view.world_from_camera)
         outline = _outline(expected)
@@ -119,8 +119,7 @@ def _shows(
         for one in (view, twin)
     )
     rows, columns = np.nonzero(pixels)
-    rays = np.ones((len(rows), 3))
-    rays[:, :2] = (np.stack([columns, rows], axis=1) - view.camera.center_px) / view.camera.focal_px
+    rays = _rays(view.camera, columns, rows)
     twin_from_view = twin.world_from_camera.inverse() @ view.world_from_camera
 
     def lacking(depths: Floats) -> float:
@@ -152,6 +151,13 @@ def _eroded(mask: NDArray[np.uint8]) -> NDArray[np.bool_]:
     return np.asarray(cv2.erode(mask, kernel)) != 0
 
 
+def _rays(camera: Camera, columns: NDArray[np.intp], rows: NDArray[np.intp]) -> Floats:
+    """Return the rays of pixels (...,) with z = 1, (..., 3) float64."""
+    pixels = np.stack([columns, rows], axis=-1)
+    ahead = np.asarray((pixels - camera.center_px) / camera.focal_px, np.float64)
+    return np.concatenate([ahead, np.ones((*ahead.shape[:-1], 1))], axis=-1)
+
+
 def _depths(body: Body, camera: Camera, world_from_camera: Pose) -> Floats:
     """Return the depth of a body's surface at each pixel, (H, W) float64 in metres along z.
 
@@ -161,9 +167,7 @@ def _depths(body: Body, camera: Camera, world_from_camera: Pose) -> Floats:
     depths = np.full((height, width), np.nan)
     step = max(1, int(np.ceil(np.sqrt(width * height / _RAYS))))
     columns, rows = np.meshgrid(np.arange(0, width, step), np.arange(0, height, step))
-    rays = np.ones((*columns.shape, 3))
-    rays[..., 0] = (columns - camera.center_px[0]) / camera.focal_px[0]
-    rays[..., 1] = (rows - camera.center_px[1]) / camera.focal_px[1]
+    rays = _rays(camera, columns, rows).reshape(-1, 3)
     camera_from_body = world_from_camera.inverse() @ body.world_from_object
     nearest = np.full(columns.shape, np.inf)
     for center, radii, rotation in zip(body.centers, body.radii, body.rotations, strict=True):
@@ -172,7 +176,7 @@ def _depths(body: Body, camera: Camera, world_from_camera: Pose) -> Floats:
         # In units of its radii, along its axes, it is a ball.
         to_ball = turn.T / radii[:, None]
         away = exact.product(to_ball, camera_from_body.transform(center[None])[0])
-        ways = exact.product(rays.reshape(-1, 3), to_ball.T)
+        ways = exact.product(rays, to_ball.T)
         a, b = (ways * ways).sum(axis=1), exact.product(ways, away)
         root = b * b - a * (exact.dot(away, away) - 1.0)
         hit = root > 0.0

@@ -21,8 +21,10 @@ _GOOD_OVERLAP = 0.85  # of a body and its own masks, 0.93 to 0.97; other bodies 
 _USUAL = 0.9
 _WORSE = 0.08  # overlap below the body's fitness, of a body that is coarse itself
 _TURN = 0.5  # radians between the start and a pose that may be right, above which they differ
-_WRONG_M, _WRONG_SHARE, _WRONG_RAD = 0.02, 0.1, np.radians(15.0)  # by which a pose is wrong
 _UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
+# By which a pose is wrong: in metres, or a share of the longest side if that is more; a rotation.
+WRONG_M, WRONG_SHARE = 0.02, 0.1
+_WRONG_RAD = np.radians(15.0)
 _UNLIKE = (
     "the images at the given start do not match the appearance in the body's file; correct the "
     "start, or leave it out to search for the object"
@@ -186,8 +188,8 @@ def recognised(
     is_sure = found.status == "tracking"
     allowed_m, allowed_rad = float(subject.body.radii.max()), _TURN
     if is_sure:
-        wrong = _WRONG_SHARE * float(body_sides(subject.body).max())
-        wrong = max(_WRONG_M, wrong) if subject.is_metric else wrong
+        wrong = WRONG_SHARE * float(body_sides(subject.body).max())
+        wrong = max(WRONG_M, wrong) if subject.is_metric else wrong
         allowed_m, allowed_rad = min(allowed_m, wrong), _WRONG_RAD
     is_near = shift < allowed_m and turn < allowed_rad
     return Recognition(

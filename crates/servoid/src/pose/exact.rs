@@ -78,27 +78,32 @@ impl Rows {
         Self { numbers, columns: self.columns }
     }
 
-    /// Solves this matrix times x = right, for each column; `None` if it is singular.
-    ///
-    /// # Panics
-    /// If it is not square, or `right` has another number of rows.
+    /// Solves this matrix times x = right, for each column; `None` if it is singular or does not
+    /// fit.
     #[must_use]
     pub fn solve(&self, right: &Self) -> Option<Self> {
+        if !self.is_square() || self.count() != right.count() {
+            return None;
+        }
         self.dense().lu().solve(&right.dense()).map(|found| Self::from(&found))
     }
 
     /// Returns the eigenvalues of a symmetric matrix, the least first, and the eigenvectors as
-    /// columns; `None` if they cannot be found.
-    ///
-    /// # Panics
-    /// If it is not square.
+    /// columns; `None` if they cannot be found, or it is not square.
     #[must_use]
     pub fn symmetric_eigen(&self) -> Option<(Vec<f64>, Self)> {
+        if !self.is_square() {
+            return None;
+        }
         let found = self.dense().try_symmetric_eigen(f64::EPSILON, 0)?;
         let mut order: Vec<usize> = (0..found.eigenvalues.len()).collect();
         order.sort_by(|&i, &j| found.eigenvalues[i].total_cmp(&found.eigenvalues[j]));
         let values = order.iter().map(|&i| found.eigenvalues[i]).collect();
         Some((values, Self::from(&found.eigenvectors.select_columns(&order))))
+    }
+
+    fn is_square(&self) -> bool {
+        self.columns > 0 && self.count() == self.columns
     }
 
     fn dense(&self) -> DMatrix<f64> {
@@ -236,7 +241,12 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_matrix_solves_nothing() {
+    fn a_matrix_that_is_singular_or_does_not_fit_solves_nothing() {
         assert!(Rows::zeros(2, 2).solve(&Rows::zeros(2, 1)).is_none());
+        let one = Rows { numbers: vec![1.0], columns: 1 };
+        assert!(one.solve(&Rows::zeros(2, 1)).is_none());
+        for odd in [Rows::zeros(2, 3), Rows::zeros(0, 0)] {
+            assert!(odd.solve(&Rows::zeros(2, 1)).is_none() && odd.symmetric_eigen().is_none());
+        }
     }
 }

@@ -343,6 +343,11 @@ class Body:
         """Returns volume, centroid (3,) and inertia about the centroid (3, 3) of the union at unit
         density, in the object's frame: m³, m and m⁵.
         """
+    def shares_place(self, other: Body) -> bool:
+        """
+        Returns whether two bodies are at one place, as two solid objects never are: each has 0.4 of
+        its volume or more inside the other.
+        """
     def silhouette(self, camera: Camera, world_from_camera: Pose) -> NDArray[np.uint8]:
         """Draws the silhouette, (H, W) uint8: 255 where an ellipsoid covers the pixel's centre."""
     def __eq__(self, value: object, /) -> bool: ...
@@ -1050,6 +1055,10 @@ class Tracker:
         """
         Restores the appearance of an object, as returned by `appearance`. Raises TrackError, also
         for None, which `look` of a body's file is if it was saved without an appearance.
+        """
+    def avoid(self, others: Sequence[Body]) -> None:
+        """Sets where other tracked objects are now, as bodies at their poses: from now on a search
+        does not find this one there.
         """
     def begin_evolving(self) -> bool:
         """

@@ -247,6 +247,12 @@ impl Body {
         (mass.volume, centroid, rows(py, mass.inertia.as_slice(), 3))
     }
 
+    /// Returns whether two bodies are at one place, as two solid objects never are: each has 0.4 of
+    /// its volume or more inside the other.
+    fn shares_place(&self, other: Self) -> bool {
+        self.0.shares_place(&other.0)
+    }
+
     /// Draws the silhouette, (H, W) uint8: 255 where an ellipsoid covers the pixel's centre.
     fn silhouette<'py>(
         &self,

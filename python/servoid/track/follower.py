@@ -49,6 +49,15 @@ class Evolver(Protocol):
 
 
 @runtime_checkable
+class Avoider(Protocol):
+    """Searches for its object only where no other tracked object is."""
+
+    def avoid(self, others: Sequence[Body]) -> None:
+        """Set where the other objects are now, as bodies at their poses."""
+        ...
+
+
+@runtime_checkable
 class Adjuster(Protocol):
     """Corrects earlier poses of the object later."""
 

@@ -8,6 +8,7 @@ from servoid.brief import brief
 from servoid.capture import Capture, Observation, doubt_calibration, doubt_rig_poses
 from servoid.errors import TrackError
 from servoid.source import Feed, Instant, read_instants
+from servoid.track.apart import avoid, check_targets_differ, others_of, told_apart
 from servoid.track.follower import depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
@@ -150,14 +151,16 @@ class _Begun:
 def _steps(begun: _Begun, instants: Iterator[Instant], evolve_every: int) -> Iterator[TrackStep]:
     """Yield the first step, and one for each further observation; `share` is left to the caller."""
     objects = begun.objects
-    yield TrackStep(begun.first, objects, tuple(one.first for one in objects), 0.0)
+    last = tuple(one.first for one in objects)
+    yield TrackStep(begun.first, objects, last, 0.0)
     for count, instant in enumerate(instants, start=1):
         is_turn = count % evolve_every == 0
-        tracked = tuple(
-            _step(one, instant, is_turn and evolves)
-            for one, evolves in zip(objects, begun.evolving, strict=True)
-        )
-        yield TrackStep(instant, objects, tracked, 0.0)
+        tracked = list(last)
+        for place, (one, evolves) in enumerate(zip(objects, begun.evolving, strict=True)):
+            avoid(one.tracker, others_of(place, objects, tracked))
+            tracked[place] = _step(one, instant, is_turn and evolves)
+        last = told_apart(objects, tracked)
+        yield TrackStep(instant, objects, last, 0.0)
 
 
 class Collector:
@@ -223,10 +226,19 @@ def _step(one: Followed, instant: Instant, may_evolve: bool) -> Tracked:
 def _begin_all(
     capture: Capture, first: Instant, subjects: Sequence[Subject], request: Request
 ) -> tuple[Followed, ...]:
+    check_targets_differ(subjects)
     has_others = len(subjects) > 1
-    return tuple(
-        begin(capture, first, subject, request, has_others=has_others) for subject in subjects
-    )
+    begun: dict[str, Followed] = {}
+    # What is marked or placed goes first, so that nothing that is sought is found there.
+    for subject in sorted(subjects, key=lambda one: one.is_sought):
+        known = [one for one in begun.values() if one.first.estimate.located]
+        others = [one.body_at(one.first.estimate.world_from_object) for one in known]
+        begun[subject.name] = begin(
+            capture, first, subject, request, has_others=has_others, others=others
+        )
+    objects = [begun[subject.name] for subject in subjects]
+    firsts = told_apart(objects, [one.first for one in objects])
+    return tuple(replace(one, first=told) for one, told in zip(objects, firsts, strict=True))
 
 
 def _check_names(names: list[str]) -> None:

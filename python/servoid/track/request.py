@@ -81,6 +81,11 @@ class Subject:
                 "body too"
             )
 
+    @property
+    def is_sought(self) -> bool:
+        """Return whether neither a start nor a target says where the object is."""
+        return self.body is not None and self.start is None and not self.targets
+
 
 @dataclass(frozen=True, kw_only=True)
 class Request:

@@ -25,7 +25,7 @@ from servoid.track.doubts import (
     recognised,
     turn_note,
 )
-from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
+from servoid.track.follower import Adjuster, Avoider, Evolver, Follower, Rememberer, depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
 from servoid.track.smoothing import smoothed
@@ -119,11 +119,13 @@ def begin(
     request: Request | None = None,
     *,
     has_others: bool = False,
+    others: Sequence[Body] = (),
 ) -> Followed:
     """Start the tracker of one object in the first observation.
 
     Without a `subject`, it is the one object in the capture's masks. With `has_others`, other
-    objects are tracked as well, so that these masks may be another one's.
+    objects are tracked as well, so that these masks may be another one's. `others` are those that
+    are located already, as bodies at their poses: this one is not found there.
 
     Raises:
         TrackError: a known body has no pose, target, mask or appearance to locate it, it does not
@@ -156,6 +158,8 @@ def begin(
     options = request.options(meant)
     tracker = make(cameras, known.body, options)
     called = time.perf_counter()
+    if isinstance(tracker, Avoider):
+        tracker.avoid(others)
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
     doubts = body_doubts(subject, overlap, recognition)

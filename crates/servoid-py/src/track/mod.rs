@@ -164,6 +164,14 @@ impl Tracker {
         Ok(())
     }
 
+    /// Sets where other tracked objects are now, as bodies at their poses: from now on a search does
+    /// not find this one there.
+    #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
+    fn avoid(&self, others: Listed<Body>) -> PyResult<()> {
+        self.0.write()?.avoid(others.0.into_iter().map(|body| body.0).collect());
+        Ok(())
+    }
+
     /// Starts to evolve the body by the sides that were seen, in a separate thread; returns whether
     /// there is anything new. The fifth estimate after this call reports that it has `evolved`.
     /// Raises TrackError.

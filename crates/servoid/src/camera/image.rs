@@ -141,6 +141,34 @@ impl<'a> ImageView<'a> {
     }
 }
 
+/// An owned image, whose memory is reused.
+#[derive(Debug, Clone)]
+pub(crate) struct ImageBuffer {
+    data: Vec<u8>,
+    size_px: [usize; 2],
+    channels: Channels,
+}
+
+impl Default for ImageBuffer {
+    fn default() -> Self {
+        Self { data: Vec::new(), size_px: [0, 0], channels: Channels::Grey }
+    }
+}
+
+impl ImageBuffer {
+    /// Copies an image.
+    pub(crate) fn copy(&mut self, image: &ImageView<'_>) {
+        self.data.clear();
+        self.data.extend_from_slice(image.data);
+        (self.size_px, self.channels) = (image.size_px, image.channels);
+    }
+
+    /// Returns the image.
+    pub(crate) fn view(&self) -> ImageView<'_> {
+        ImageView { data: &self.data, size_px: self.size_px, channels: self.channels }
+    }
+}
+
 /// An image that marks the object: its pixels are non-zero. Neither none nor all pixels are.
 #[derive(Debug, Clone, Copy)]
 pub struct Mask<'a> {

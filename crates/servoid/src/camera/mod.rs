@@ -14,6 +14,7 @@ mod view;
 
 pub use depth::{DepthView, depth_noise};
 pub use distortion::Distortion;
+pub(crate) use image::ImageBuffer;
 pub use image::{Channels, ImageError, ImageView, Mask};
 pub use lens::{Lens, NOWHERE_PX};
 pub use pinhole::{Camera, CameraError};

@@ -10,8 +10,12 @@ pub struct Body {
     ellipsoids: Vec<Ellipsoid>,
 }
 
-/// Sample points per ellipsoid for the moments of the union.
+/// Sample points per ellipsoid for the moments of the union, and for what two bodies share.
 const MOMENT_POINTS: usize = 256;
+const SHARED_POINTS: usize = 64;
+/// Share of the volume of each of two bodies inside the other from which on they are at one place:
+/// beside each other they share next to nothing, and a body in a bowl is not as large as that.
+const AT_ONE_PLACE: f64 = 0.4;
 
 impl Body {
     /// Most ellipsoids in a body.
@@ -66,6 +70,21 @@ impl Body {
         Self { world_from_object, ellipsoids: self.ellipsoids.clone() }
     }
 
+    /// Returns the share of its volume that each of two bodies has inside the other, the lesser of
+    /// both: 1 for equal bodies at one place, 0 for bodies apart. It is sampled, and good to a
+    /// tenth.
+    #[must_use]
+    pub fn overlap(&self, other: &Self) -> f64 {
+        let (own, others) = (self.in_world(), other.in_world());
+        share_inside(&own, &others).min(share_inside(&others, &own))
+    }
+
+    /// Returns whether two bodies are at one place, as two solid objects never are.
+    #[must_use]
+    pub fn shares_place(&self, other: &Self) -> bool {
+        self.overlap(other) >= AT_ONE_PLACE
+    }
+
     /// Scales about the world's origin, then transforms by a pose.
     #[must_use]
     pub fn transformed(&self, pose: &Pose, scale: f64) -> Self {
@@ -80,7 +99,7 @@ impl Body {
 }
 
 fn principal_frame(ellipsoids: &[Ellipsoid]) -> Pose {
-    let points = weighted_points(ellipsoids);
+    let points = weighted_points(ellipsoids, MOMENT_POINTS);
     let total: f64 = points.iter().map(|(_, weight)| weight).sum();
     let centroid = points.iter().map(|(p, w)| p * *w).sum::<Vector3<f64>>() / total;
     let spread: Matrix3<f64> =
@@ -90,13 +109,25 @@ fn principal_frame(ellipsoids: &[Ellipsoid]) -> Pose {
     })
 }
 
-/// Spreads points evenly over each ellipsoid, weighted by volume; a point inside several ellipsoids
+/// Returns the share of the volume of ellipsoids that is inside others.
+fn share_inside(ellipsoids: &[Ellipsoid], others: &[Ellipsoid]) -> f64 {
+    let (mut all, mut inside) = (0.0, 0.0);
+    for (point, weight) in weighted_points(ellipsoids, SHARED_POINTS) {
+        all += weight;
+        if others.iter().any(|other| other.contains(&point)) {
+            inside += weight;
+        }
+    }
+    inside / all
+}
+
+/// Spreads `count` points evenly over each ellipsoid, weighted by volume; a point inside several ellipsoids
 /// is shared among them, so that sums are over the union.
-fn weighted_points(ellipsoids: &[Ellipsoid]) -> Vec<(Vector3<f64>, f64)> {
-    let mut out = Vec::with_capacity(ellipsoids.len() * MOMENT_POINTS);
+fn weighted_points(ellipsoids: &[Ellipsoid], count: usize) -> Vec<(Vector3<f64>, f64)> {
+    let mut out = Vec::with_capacity(ellipsoids.len() * count);
     for ellipsoid in ellipsoids {
         let factor = ellipsoid.factor();
-        for unit in (0..MOMENT_POINTS).map(ball_point) {
+        for unit in (0..count).map(|i| ball_point(i, count)) {
             let point = ellipsoid.center() + factor * unit;
             let holders = ellipsoids.iter().filter(|other| other.contains(&point)).count().max(1);
             out.push((point, ellipsoid.volume() / holders as f64));
@@ -105,9 +136,9 @@ fn weighted_points(ellipsoids: &[Ellipsoid]) -> Vec<(Vector3<f64>, f64)> {
     out
 }
 
-/// Returns point `i` of a Fibonacci spiral through the unit ball.
-fn ball_point(i: usize) -> Vector3<f64> {
-    let share = (i as f64 + 0.5) / MOMENT_POINTS as f64;
+/// Returns point `i` of the `count` of a Fibonacci spiral through the unit ball.
+fn ball_point(i: usize, count: usize) -> Vector3<f64> {
+    let share = (i as f64 + 0.5) / count as f64;
     // A second irrational step decouples the radius from the height.
     let radius = libm::cbrt((i as f64 * 0.754_877_666_246_693).fract());
     even_direction(i, 1.0 - 2.0 * share) * radius

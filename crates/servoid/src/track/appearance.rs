@@ -173,6 +173,7 @@ impl Tracker {
         self.target.keyframes = Keyframes::after(&self.target.keyframes);
         (self.target.ranges, self.pending, self.evolving) = (Ranges::default(), None, None);
         self.held_back = HeldBack::default();
+        self.look_alikes.forget();
         self.target.colors = Colors::new(self.settings.local_colors);
         self.target.colors.recall(&appearance.colors, appearance.grey);
     }

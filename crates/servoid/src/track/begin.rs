@@ -93,6 +93,9 @@ impl Tracker {
         estimate.confidence = if is_confirmed { 1.0 } else { unseen(self.status) };
         estimate.notices.retain(|notice| *notice != Notice::TurnOpen);
         estimate.notices.extend(elsewhere);
+        if is_confirmed {
+            self.keep_surely_seen(observation, &hypothesis);
+        }
         clock.lap(|timing| &mut timing.update);
         estimate.timing = clock.timing();
         Ok(estimate)
@@ -106,7 +109,8 @@ impl Tracker {
     }
 
     /// Searches for the object near a pose, or everywhere, with all that is known of it, and
-    /// continues tracking from there.
+    /// continues tracking from there. What stood elsewhere while the object was seen is found only
+    /// near a given pose.
     ///
     /// # Errors
     /// If there is not one entry per camera, the time stamp is not finite, or the object's
@@ -119,6 +123,9 @@ impl Tracker {
         let mut clock = Clock::start();
         self.frame.check(observation)?;
         self.frame.is_blurred = false;
+        if near.is_some() {
+            self.look_alikes.forget();
+        }
         if !self.target.colors.are_known() {
             self.count_surroundings(observation, near)?;
         }

@@ -128,6 +128,15 @@ pub enum Notice {
          calibration is wrong; mark the object alone, or check these"
     )]
     Parted,
+    /// What is found elsewhere was already there while the object was seen: it is another one.
+    #[error(
+        "something that looks like the object was already there while the object was seen elsewhere: \
+         it is another one; to track it, start anew with it"
+    )]
+    LookAlike,
+    /// Another tracked object is where this one was found.
+    #[error("what was found is another tracked object, so that it is not this one")]
+    Taken,
     /// Part of the object is hidden.
     #[error("{hidden:.0} % of the part of the object that should be visible is not seen")]
     Hidden {

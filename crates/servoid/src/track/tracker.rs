@@ -16,7 +16,7 @@ use super::pose::refine::{Normal, Workspace};
 use super::pose::search::{Deviation, Search};
 use super::pose::uncertainty::{Uncertainty, uncertainty};
 use super::pose::verify::Quality;
-use super::relocalize::Relocalizer;
+use super::relocalize::{LookAlikes, Relocalizer};
 use super::settings::TrackSettings;
 use super::target::Target;
 use super::target::points::Feature;
@@ -38,6 +38,7 @@ pub struct Tracker {
     pub(super) target: Target,
     pub(super) search: Search,
     pub(super) relocalizer: Relocalizer,
+    pub(super) look_alikes: LookAlikes,
     pub(super) motion: Motion,
     pub(super) newest: Option<Newest>,
     pub(super) jitter: Jitter,
@@ -92,6 +93,7 @@ impl Tracker {
             target,
             search: Search::new(settings.population, evolve::rng(settings.seed, 0))?,
             relocalizer: Relocalizer::new(settings.seed),
+            look_alikes: LookAlikes::new(cameras),
             motion: Motion::at_rest(0.0, body.world_from_object()),
             newest: None,
             workspace: Workspace::default(),
@@ -172,6 +174,9 @@ impl Tracker {
             self.workspace.occlusion.forget();
         }
         let mut estimate = self.estimate(observation, &hypothesis);
+        if estimate.located {
+            self.keep_surely_seen(observation, &hypothesis);
+        }
         clock.lap(|timing| &mut timing.verify);
         if self.target.keyframes.is_open() {
             self.keep_keyframe(observation, &hypothesis);

@@ -15,7 +15,36 @@ fn close(one: &Pose, two: &Pose) -> bool {
     (one.matrix() - two.matrix()).amax() < 1e-9
 }
 
+/// Makes a body of two balls beside each other, of one size.
+fn dumbbell(pose: Pose, radius: f64) -> Body {
+    let ball =
+        |x: f64| Ellipsoid::new(0, [x, 0.0, 0.0], [radius; 3], [1.0, 0.0, 0.0, 0.0]).unwrap();
+    Body::new(pose, vec![ball(-0.8 * radius), ball(0.8 * radius)]).unwrap()
+}
+
 proptest! {
+    #[test]
+    fn what_two_bodies_share_is_all_at_one_place_nothing_apart_and_the_same_seen_from_each(
+        t in twists(),
+        way in 0.0..2.5_f64,
+        larger in 1.0..3.0_f64,
+    ) {
+        let pose = Pose::exp(&t);
+        let own = dumbbell(pose, 0.05);
+        prop_assert_eq!(own.overlap(&own), 1.0);
+        let aside = Pose::exp(&Vector6::new(0.0, way * 0.05, 0.0, 0.0, 0.0, 0.0));
+        let other = dumbbell(pose * aside, 0.05);
+        let shared = own.overlap(&other);
+        prop_assert_eq!(shared, other.overlap(&own));
+        // Of a ball, a part of two caps; both pairs share the same.
+        let cap = (1.0 - way / 2.0).max(0.0);
+        let expected = cap * cap * (2.0 + way / 2.0) / 2.0;
+        prop_assert!((shared - expected).abs() < 0.08, "{shared} for {expected}");
+        // A small one inside a large one is not at its place.
+        let around = dumbbell(pose, 0.05 * larger);
+        prop_assert!((own.overlap(&around) - larger.powi(-3)).abs() < 0.12, "{} for {}", own.overlap(&around), larger.powi(-3));
+    }
+
     #[test]
     fn poses_form_a_group(a in twists(), b in twists(), c in twists()) {
         let [a, b, c] = [a, b, c].map(|t| Pose::exp(&t));

@@ -86,6 +86,11 @@ impl InputChecks {
         self.usable[camera]
     }
 
+    /// Takes over which images can be used.
+    pub(crate) fn use_as(&mut self, other: &Self) {
+        self.usable.clone_from(&other.usable);
+    }
+
     /// Marks all images as unusable.
     pub(crate) fn shut(&mut self) {
         self.usable.fill(false);

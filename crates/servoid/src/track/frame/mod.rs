@@ -116,6 +116,16 @@ impl Frame {
         cameras.filter_map(|camera| observation.images[camera])
     }
 
+    /// Takes over which images can be used from the frame of their observation.
+    pub(super) fn take_checks(&mut self, frame: &Self) {
+        self.input_checks.use_as(&frame.input_checks);
+    }
+
+    /// Returns whether a camera's image can be used.
+    pub(super) fn can_use(&self, camera: usize) -> bool {
+        self.input_checks.can_use(camera)
+    }
+
     /// Returns whether any camera delivered a usable image.
     pub(super) fn can_see(&self) -> bool {
         (0..self.cameras.len()).any(|camera| self.input_checks.can_use(camera))
@@ -158,7 +168,7 @@ impl Frame {
 }
 
 /// Adds a notice once.
-fn note(notices: &mut Vec<Notice>, notice: Notice) {
+pub(super) fn note(notices: &mut Vec<Notice>, notice: Notice) {
     if !notices.contains(&notice) {
         notices.push(notice);
     }

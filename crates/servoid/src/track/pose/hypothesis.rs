@@ -187,6 +187,9 @@ impl Tracker {
             hypothesis = self.evaluate(observation, &hypothesis.pose, prior);
         }
         self.penalize_doubtful(expected, &mut hypothesis);
+        if self.has_jumped(expected, &hypothesis.pose) && self.is_other(&hypothesis.pose) {
+            self.penalize(&mut hypothesis);
+        }
         hypothesis
     }
 

@@ -4,9 +4,11 @@ mod detection;
 mod from_masks;
 mod known_side;
 mod known_turns;
+mod look_alike;
 mod relocalizer;
 
 pub use from_masks::{MaskFit, pose_from_masks, poses_from_masks};
+pub(super) use look_alike::LookAlikes;
 pub(super) use relocalizer::Relocalizer;
 
 use crate::camera::Observation;
@@ -185,7 +187,8 @@ impl Tracker {
         for candidate in candidates {
             self.points_in_view(candidate);
             let other = self.hypothesis(observation, candidate, COARSEST, None);
-            if other.quality.support > hypothesis.quality.support {
+            let is_better = other.quality.support > hypothesis.quality.support;
+            if is_better && !self.is_other(&other.pose) {
                 *hypothesis = other;
             }
             if self.is_sure(hypothesis) {
@@ -203,6 +206,10 @@ impl Tracker {
             *hypothesis = self.hypothesis(observation, &pose, COARSEST, None);
         }
         self.penalize_unrecognised(hypothesis);
+        let is_followed = hypothesis.quality.share >= self.settings.trusted;
+        if is_followed && self.is_other(&hypothesis.pose) {
+            self.penalize(hypothesis);
+        }
     }
 
     /// Returns the last distance of the object from the first camera, if it was tracked before.

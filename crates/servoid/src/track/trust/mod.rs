@@ -58,7 +58,7 @@ const PATTERN: f64 = 12.0;
 const MANY: f64 = 24.0;
 /// Share of the reference surface points below which a pose from a search is not accepted: the
 /// outline alone fits too many poses.
-const LEAST_RECOGNISED: f64 = 0.25;
+pub(super) const LEAST_RECOGNISED: f64 = 0.25;
 /// Least deviation from the expected pose that counts as a jump, in radii and radians, and the
 /// share of the reference surface points that must be seen after one.
 const JUMP: f64 = 0.1;
@@ -207,7 +207,8 @@ impl Tracker {
         across > near.max(JUMP * self.target.solid.radius) || turned > slight.max(JUMP)
     }
 
-    fn penalize(&self, hypothesis: &mut Hypothesis) {
+    /// Makes a pose untrusted.
+    pub(super) fn penalize(&self, hypothesis: &mut Hypothesis) {
         hypothesis.quality.share *= PENALTY * self.settings.trusted;
     }
 

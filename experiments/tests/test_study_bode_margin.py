@@ -3,9 +3,9 @@ import pytest
 
 pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 
+from servoid._native import change_between
 from servoid.pose import Pose
 from servoid.servo import Controller
-from servoid.servo.law.moving import change_between
 from servoid.source import Source
 from servoid_experiments.bode.late_sight import LateSensor, Sight
 from servoid_experiments.bode.margin import (

@@ -14,6 +14,11 @@ __all__ += ["Tracker", "View", "__version__", "backend", "backends", "ellipsoid_
 __all__ += ["fit_body", "fit_paper", "force_backend"]
 __all__ += ["Lighting", "Paint", "Scene", "Soup", "paper_scores", "pose_from_masks"]
 __all__ += ["Measurement", "Motion", "MotionModel", "MotionPrior", "Noise", "poses_from_masks"]
+__all__ += ["Balls", "Chain", "HandLimits", "JointLimits", "Moving", "QuadraticLaw"]
+__all__ += ["VelocityLimits", "Workspace", "change_between", "fixation", "hand_correction"]
+__all__ += ["hand_weights", "lost_speed", "newton_turn", "predicted_motion", "quaternion_error"]
+__all__ += ["seen_from_head", "shifted_and_turned", "spread_at", "stoppable_speed"]
+__all__ += ["certain_twist", "exact_is_finite", "is_between", "twist_shares", "twist_within"]
 __all__ += ["initial_body", "silhouette_ious", "surface_coverage"]
 __all__ += ["exact_arccos", "exact_arcsin", "exact_arctan", "exact_arctan2"]
 __all__ += ["exact_cos", "exact_eigh", "exact_exp", "exact_expm1"]
@@ -89,6 +94,9 @@ def exact_eigh(a: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.
 
 def exact_norm(x: NDArray[np.float64]) -> float:
     """Returns the length of a vector."""
+
+def exact_is_finite(x: NDArray[np.float64]) -> bool:
+    """Returns whether all numbers of an array are finite."""
 
 # One camera's may be given without a list. What arrays and lists hold is known at run time only.
 _Cameras: TypeAlias = Sequence[Camera] | Camera
@@ -514,6 +522,365 @@ class Motion:
         """Adds a covariance (n, n) to that of the offset; raises ServoError."""
     def settle(self) -> NDArray[np.float64]:
         """Moves the reference to the estimated position; returns the shift, (n,)."""
+
+def predicted_motion(
+    motions: tuple[Motion, Motion],
+    hidden: NDArray[np.float64],
+    unobservable: NDArray[np.float64],
+    span_s: float,
+) -> tuple[
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+]:
+    """
+    Predicts an object by the motions of its position and its rotation, of 3 coordinates each, at a
+    time after the newest estimate.
+
+    Returns translation and rotation from the reference (6,), their rates (6,), the rates of these
+    (6,), and the covariances (6, 6) of translation and rotation and of their rates, 0 about
+    unobservable axes. `hidden` (2, 3, 3) is added to the former, and `unobservable` (3, 3) is the
+    projection onto the axes about which the rotation is unobservable. Raises ServoError.
+    """
+
+def certain_twist(
+    motion: tuple[ArrayLike, ArrayLike, NDArray[np.float64]],
+    after_s: float,
+    sure: tuple[float, float],
+) -> NDArray[np.float64]:
+    """Returns the twist (6,) of an object after a time, as far as it is certain.
+
+    `motion` are its twist (6,), its acceleration (6,) and the covariance (6, 6) of the twist. The
+    two parts of the twist are shortened if their deviations exceed `sure`, in m/s and rad/s. Raises
+    ServoError.
+    """
+
+def spread_at(covariance: NDArray[np.float64], lever: ArrayLike) -> float:
+    """Returns the standard deviation, in m, of a point fixed to an object, at `lever` (3,) from its
+    origin in the world.
+
+    `covariance` (6, 6) is that of a small translation and rotation of the object in the world.
+    Raises ServoError.
+    """
+
+def shifted_and_turned(pose: Pose, change: ArrayLike) -> Pose:
+    """Translates `a_from_b` by change[:3] and rotates it about b's origin by change[3:], in `a`, in
+    metres and radians. Raises PoseError.
+    """
+
+def change_between(before: Pose, after: Pose) -> NDArray[np.float64]:
+    """
+    Returns translation and rotation (6,), in `a`, from one `a_from_b` to another. Raises PoseError.
+    """
+
+@final
+class Moving:
+    """A rigid motion `a_from_b` with its derivatives, all (4, 4) float64.
+
+    `first` and `second` are the time derivatives of `matrix`, in 1/s and 1/s². The product of
+    `a_from_b` and `b_from_c` is `a_from_c`, by the product rule.
+    """
+
+    @staticmethod
+    def at_rest(pose: Pose) -> Moving:
+        """Returns a constant motion."""
+    @staticmethod
+    def from_twist(pose: Pose, twist: ArrayLike, acceleration: ArrayLike | None = None) -> Moving:
+        """Returns `a_from_b` with the velocity of b's origin and the angular velocity of b, in `a`.
+
+        `twist` is (6,) in m/s and rad/s, `acceleration` its derivative, 0 if left out. Raises
+        ServoError.
+        """
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The homogeneous matrix of the present pose."""
+    @property
+    def first(self) -> NDArray[np.float64]:
+        """The first derivative of the matrix by time, in 1/s."""
+    @property
+    def second(self) -> NDArray[np.float64]:
+        """The second derivative of the matrix by time, in 1/s²."""
+    @property
+    def pose(self) -> Pose:
+        """The present pose."""
+    @property
+    def twist(self) -> NDArray[np.float64]:
+        """The velocity of b's origin in m/s and of b's rotation in rad/s, (6,), in `a`."""
+    def inverse(self) -> Moving:
+        """Returns `b_from_a`."""
+    def __matmul__(self, value: Moving, /) -> Moving: ...
+    def __rmatmul__(self, value: Moving, /) -> Moving: ...
+
+def hand_correction(
+    hand_from_goal: Moving, world_from_hand: Pose, gains: tuple[float, float, float, float]
+) -> NDArray[np.float64]:
+    """Returns the hand's desired velocity (6,), linear and angular in the world, by the paper's PD
+    law.
+
+    The gains are of the position, of its rate, of the rotation, and of its rate. Raises PoseError.
+    """
+
+def quaternion_error(hand_from_goal: Moving) -> NDArray[np.float64]:
+    """Returns the vector part (3,) of the shorter unit quaternion of the rotation to the goal."""
+
+def twist_shares(twist: ArrayLike, linear: float, angular: float) -> NDArray[np.float64]:
+    """Returns factors (2,), at most 1, that limit a twist's two parts to the given lengths. Raises
+    ServoError.
+    """
+
+def twist_within(twist: ArrayLike, linear: float, angular: float) -> NDArray[np.float64]:
+    """Returns a twist (6,) whose linear and angular parts have at most the given lengths. Raises
+    ServoError.
+    """
+
+def fixation(
+    half_baseline: float, point: ArrayLike, velocity: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Returns the gaze at a point (3,) that moves at a velocity (3,), in the head's frame: angles (3,)
+    of tilt, left and right pan, and their rates (3,). Raises ServoError.
+    """
+
+def seen_from_head(
+    world_from_hand: Pose,
+    hand_from_head: Pose,
+    hand_twist: ArrayLike,
+    point: ArrayLike,
+    velocity: ArrayLike,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Returns position and velocity (3,) in the head of a point (3,) that moves in the world.
+
+    `hand_twist` (6,) is the hand's own motion in the world, which the head shares. Raises
+    ServoError.
+    """
+
+@final
+class Chain:
+    """A chain of revolute joints whose base is the world, with a hand at its end.
+
+    Each link, as (twist, along) in radians and metres by modified Denavit-Hartenberg parameters,
+    turns the former joint's frame about its x axis and shifts it along the new z axis, about which
+    the joint turns. Raises ServoError if there is none.
+    """
+
+    def __new__(cls, links: Sequence[tuple[float, float]], flange_from_hand: Pose) -> Self: ...
+    def world_from_hand(self, positions: ArrayLike) -> Pose:
+        """
+        Returns the pose of the hand for angles (N,) in radians, of which those after the chain's do
+        not move it. Raises ServoError, or PoseError if an angle is not finite.
+        """
+    def jacobian(self, positions: ArrayLike) -> NDArray[np.float64]:
+        """Returns (6, N) float64: the hand's velocity, linear and angular in the world, by joint.
+        Raises ServoError.
+        """
+
+@final
+class QuadraticLaw:
+    """Differential inverse kinematics as a small quadratic program.
+
+    `posture` (n,) are the preferred angles, `posture_gain` is in 1/s, `angular_weight` the metres
+    that weigh as much as a radian; directions whose gain is less than `damped_below` are damped by
+    up to `damping`, in m/s per rad/s. Raises ServoError.
+    """
+
+    def __new__(
+        cls,
+        posture: ArrayLike,
+        posture_gain: float,
+        angular_weight: float,
+        damping: float,
+        damped_below: float,
+    ) -> Self: ...
+    def setpoint(
+        self, jacobian: ArrayLike, positions: ArrayLike, twist: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Returns the best joint speeds (n,) without bounds, in rad/s, and the weights (n, n) of
+        deviations from them.
+
+        `jacobian` is (6, n), `positions` (n,) are the joints' angles, and `twist` (6,) is the
+        hand's desired velocity in the world. Raises ServoError.
+        """
+
+def is_between(numbers: ArrayLike, lower: ArrayLike, upper: ArrayLike) -> bool:
+    """Returns whether each of numbers (N,) is from its lower to its upper bound, (N,) each; NaN is
+    not. Raises ServoError.
+    """
+
+def hand_weights(jacobian: ArrayLike, angular_weight: float) -> NDArray[np.float64]:
+    """Returns weights (n, n) that measure deviations of the hand, and hardly null-space motion.
+
+    `jacobian` is (6, n), and `angular_weight` the metres that weigh as much as a radian. Raises
+    ServoError.
+    """
+
+def lost_speed(
+    jacobian: ArrayLike, twist: ArrayLike, angular_weight: float, damped_below: float
+) -> float:
+    """Returns the part of a hand's velocity (6,) in nearly singular directions of its arm, in m/s.
+
+    `jacobian` is (6, n), `angular_weight` the metres that weigh as much as a radian, and
+    `damped_below` the gain below which a direction is nearly singular. Raises ServoError.
+    """
+
+def newton_turn(jacobian: ArrayLike, change: ArrayLike) -> NDArray[np.float64]:
+    """
+    Returns the turns (n,), in rad, of a damped Newton step of n joints that changes the pose of a
+    hand by translation and rotation (6,). `jacobian` is (6, n). Raises ServoError.
+    """
+
+def stoppable_speed(
+    room: ArrayLike, deceleration: ArrayLike, reaction_s: float
+) -> NDArray[np.float64]:
+    """Returns the greatest speeds that stop within `room`, an array, 0 without any room.
+
+    A speed continues for `reaction_s` before it decreases at `deceleration`, which is a number, or
+    an array whose last axes are those of the room; following this curve needs less than that
+    deceleration. Raises ServoError.
+    """
+
+@final
+class JointLimits:
+    """The limits of N joints in position, speed, acceleration and jerk.
+
+    `ranges` are five rows (N,): least and greatest angles, greatest speeds, accelerations and
+    jerks, in radians and seconds. The first `hand_count` joints move the hand. A joint begins to
+    brake after `reaction_s`. Raises ServoError.
+    """
+
+    def __new__(
+        cls, ranges: Sequence[ArrayLike], hand_count: int, period_s: float, reaction_s: float
+    ) -> Self: ...
+    def window(
+        self, now: Sequence[ArrayLike], braking: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], list[list[int]]]:
+        """Returns the least and the greatest speeds (N,) that may follow the last command, and for
+        each of both rows the causes: 0 for the jerk, 1 for the acceleration, 2 for the speed, 3 for
+        the end of the range.
+
+        `now` are four rows (N,): measured angles and speeds, commanded speeds, and their rate of
+        change. Before their stops the first joints brake no harder than `braking` (n,) in rad/s².
+        The window is never empty: if limits contradict each other, it contains only the hardest
+        braking. Raises ServoError.
+        """
+    def braked(
+        self, previous: ArrayLike, acceleration: ArrayLike, hand_ticks: float
+    ) -> NDArray[np.float64]:
+        """
+        Returns the next command (N,) of joints that come to rest, after commanded speeds (N,) and
+        their rate of change (N,).
+
+        The joints of the hand stop together, along their path, and in no fewer periods than
+        `hand_ticks`. The other joints also stop together, independently of the hand. Raises
+        ServoError.
+        """
+    def blindly_braked(
+        self, previous: ArrayLike, acceleration: ArrayLike, hand_ticks: float
+    ) -> NDArray[np.float64]:
+        """
+        Returns the next command (N,) of joints that come to rest, without knowing their state, as
+        `braked` does. Raises ServoError.
+        """
+
+@final
+class HandLimits:
+    """
+    The greatest linear and angular speed of a hand, in m/s and rad/s, and how far they may change
+    in a control period.
+
+    An acceleration counts as if it continued for `fading` periods before it vanishes.
+    """
+
+    def __new__(
+        cls, speeds: Sequence[float], steps: Sequence[float], period_s: float, fading: float
+    ) -> Self: ...
+    def balls(self, jacobian: ArrayLike, last: ArrayLike, speed_scale: float) -> Balls:
+        """Returns the bounds on joint speeds after a hand velocity `last` (6,), at a share of the
+        hand's speed. `jacobian` is (6, n). Raises ServoError.
+        """
+    def braking(self, jacobian: ArrayLike) -> NDArray[np.float64]:
+        """Returns the joints' decelerations (n,) in rad/s² that the hand's limit allows.
+
+        `jacobian` is (6, n). Each joint leaves a share of the hand's limit to the other joints.
+        Raises ServoError.
+        """
+    def ticks_to_rest(self, twist: ArrayLike) -> float:
+        """Returns the number of periods in which the hand can come to rest from a velocity (6,).
+        Raises ServoError.
+        """
+
+@final
+class Balls:
+    """The bounds of a hand's velocity on joint speeds (n,): of the linear and then of the angular
+    velocity, first that of the speed, then that of the acceleration.
+    """
+
+    def hold(self, velocities: ArrayLike) -> bool:
+        """Returns whether joint speeds (n,) are inside. Raises ServoError."""
+    def cuts(
+        self, velocities: ArrayLike
+    ) -> tuple[list[int], NDArray[np.float64], NDArray[np.float64]]:
+        """Returns the tangent planes nearest to joint speeds (n,) of the k bounds that these are
+        outside of: the numbers of the bounds, the planes as rows (k, n), and the greatest products
+        (k,) of the rows with joint speeds. Raises ServoError.
+        """
+
+@final
+class Workspace:
+    """Where a hand may be, and how it brakes before the end of it.
+
+    Corners (3,) of the workspace are in the world, `least_distance` in m is that from the object;
+    the hand begins to brake, at `braking` in m/s², after `reaction_s`. Raises ServoError.
+    """
+
+    def __new__(
+        cls,
+        corners: Sequence[Sequence[float]],
+        *,
+        least_distance: float,
+        braking: float,
+        reaction_s: float,
+        period_s: float,
+    ) -> Self: ...
+    def allowed(self, goal: ArrayLike, target: ArrayLike) -> tuple[float, float, float]:
+        """Returns the position of a goal (3,), moved into the workspace and away from an object at
+        (3,). Raises ServoError.
+        """
+    def velocity_limits(
+        self, hand: tuple[ArrayLike, ArrayLike], target: tuple[ArrayLike, ArrayLike]
+    ) -> VelocityLimits:
+        """
+        Returns the bounds of a hand's velocity for an object, both as (position, velocity), of (3,)
+        each in the world.
+
+        No bound requires a deceleration above `braking` from the hand's velocity. Raises
+        ServoError.
+        """
+
+@final
+class VelocityLimits:
+    """Bounds (3,) of the hand's velocity in the world, and of its speed towards the object."""
+
+    @property
+    def lower(self) -> NDArray[np.float64]:
+        """The least velocity (3,) in m/s."""
+    @property
+    def upper(self) -> NDArray[np.float64]:
+        """The greatest velocity (3,) in m/s."""
+    @property
+    def toward(self) -> NDArray[np.float64]:
+        """The unit direction (3,) to the object, 0 at the object itself."""
+    @property
+    def closing(self) -> float:
+        """The greatest speed towards the object in m/s, which includes the object's velocity."""
+    def rows(
+        self, jacobian: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """
+        Returns rows (4, n) whose products with joint speeds (n,) are bounded, and the least and the
+        greatest products, (4,) each. `jacobian` (6, n) is that of the hand. Raises ServoError.
+        """
 
 @final
 class Paint:

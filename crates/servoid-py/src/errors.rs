@@ -96,6 +96,15 @@ impl Named for servo::MotionError {
     }
 }
 
+impl Named for servo::ArmError {
+    fn class(&self) -> &'static str {
+        match self {
+            Self::Pose(error) => error.class(),
+            _ => "ServoError",
+        }
+    }
+}
+
 impl Named for render::RenderError {
     fn class(&self) -> &'static str {
         "SimError"

@@ -213,6 +213,15 @@ pub fn exact_norm(x: PyReadonlyArray1<'_, f64>) -> f64 {
     x.as_array().iter().fold(0.0, |sum, x| sum + x * x).sqrt()
 }
 
+/// Returns whether all numbers of an array are finite.
+#[pyfunction]
+pub fn exact_is_finite(x: PyReadonlyArrayDyn<'_, f64>) -> bool {
+    match x.as_slice() {
+        Ok(numbers) => exact::is_finite(numbers),
+        Err(_) => x.as_array().iter().all(|x| x.is_finite()),
+    }
+}
+
 /// Adds these functions to the module.
 pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(exact_sin, module)?)?;
@@ -229,5 +238,6 @@ pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(exact_product, module)?)?;
     module.add_function(wrap_pyfunction!(exact_solve, module)?)?;
     module.add_function(wrap_pyfunction!(exact_eigh, module)?)?;
-    module.add_function(wrap_pyfunction!(exact_norm, module)?)
+    module.add_function(wrap_pyfunction!(exact_norm, module)?)?;
+    module.add_function(wrap_pyfunction!(exact_is_finite, module)?)
 }

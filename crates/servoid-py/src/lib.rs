@@ -43,11 +43,7 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(track::taken_depth, module)?)?;
     module.add_function(wrap_pyfunction!(track::from_masks::pose_from_masks, module)?)?;
     module.add_function(wrap_pyfunction!(track::from_masks::poses_from_masks, module)?)?;
-    module.add_class::<servo::MotionModel>()?;
-    module.add_class::<servo::MotionPrior>()?;
-    module.add_class::<servo::Noise>()?;
-    module.add_class::<servo::Measurement>()?;
-    module.add_class::<servo::Motion>()?;
+    servo::add_to(module)?;
     module.add_class::<sim::Paint>()?;
     module.add_class::<sim::Lighting>()?;
     module.add_class::<sim::Scene>()?;

@@ -8,12 +8,12 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
+from servoid._native import change_between, shifted_and_turned
 from servoid.batch import Experiment
 from servoid.pose import Pose
 from servoid.pose.exact import Floats
 from servoid.servo import Command, Controller, GazeMode, ServoSettings, as_the_paper, servo
 from servoid.servo.law.gaze import fixation
-from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 from servoid.sim.world import BEFORE_HAND, PhysicsSettings

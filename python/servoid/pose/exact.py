@@ -47,6 +47,9 @@ class _Product(Protocol):
 product: _Product = _native.exact_product
 
 
+is_finite: Callable[[Floats], bool] = _native.exact_is_finite
+
+
 def dot(a: Floats, b: Floats) -> float:
     """Return the dot product of two vectors (K,)."""
     return float(_native.exact_product(a, b))

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from servoid._native import change_between
 from servoid.renamed import refuse_old_names
 from servoid.servo.accuracy import Accuracy, TrueGoal, spun_like
 from servoid.servo.arm import Arm, Clearances, Eyes, Joints, JointState, Solid
@@ -12,7 +13,6 @@ from servoid.servo.exploration import Exploration, Masks, awaited, explore
 from servoid.servo.goal_times import GoalTimes, LimitingKind, limited_s, main_limit
 from servoid.servo.keeping.safety import DOUBTING, ORDINARY, Reason
 from servoid.servo.law.gaze import fixation
-from servoid.servo.law.moving import change_between
 from servoid.servo.law.paper_law import PAPER_LAW, as_the_paper
 from servoid.servo.law.reach import reached
 from servoid.servo.log import Seen, ServoLog, ServoRow, off_center

@@ -1,10 +1,12 @@
 """Computes joint speeds from the target's estimate and the joints' state, once per period."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
+from servoid._native import Moving, change_between, twist_within
 from servoid.config import FAR_M, NEAR_M, REACH_M
 from servoid.pose import Floats, Pose, exact
 from servoid.servo.arguments import (
@@ -22,9 +24,9 @@ from servoid.servo.keeping.confirming import Confirming
 from servoid.servo.keeping.limiter import Limiter
 from servoid.servo.keeping.limits import JointLimits
 from servoid.servo.keeping.safety import LOCATED, Reason, SafetySupervisor, is_within_reason
-from servoid.servo.keeping.workspace_limits import WorkspaceLimits
+from servoid.servo.keeping.workspace_limits import WorkspaceLimits, walls_of
 from servoid.servo.law.gaze import GazeControl
-from servoid.servo.law.hand import correction, goal_error, within
+from servoid.servo.law.hand import correction, goal_error
 from servoid.servo.law.ik import QuadraticJoints
 from servoid.servo.law.joints import (
     HandJoints,
@@ -33,7 +35,6 @@ from servoid.servo.law.joints import (
     PaperJoints,
     hand_weights,
 )
-from servoid.servo.law.moving import Moving, change_between
 from servoid.servo.law.reaching import Reaching
 from servoid.servo.settings import JointLaw, JointSettings, ServoSettings
 from servoid.source import Instant
@@ -164,7 +165,7 @@ class Controller:
             return self._hold(now, None, holding)
         target = self._target.predict(state.time_s)
         speed_scale = self._supervisor.speed_scale()
-        is_absurd = not _is_reachable(now, target.place)
+        is_absurd = not _is_reachable(now, target.world_from_object.translation)
         if not (holding or is_absurd) and speed_scale == 1.0:
             self._sure = Prediction.at_rest(state.time_s, target.world_from_object)
         # A wrong estimate must not turn the cameras away from a hidden target.
@@ -180,7 +181,10 @@ class Controller:
             self._goal = None
             return self._hold(now, seen, holding)
         goal = self._moving_goal(state.time_s, goal_from_object)
-        return self._pursue(now, self._led(target), goal, speed_scale)
+        # The joints lag behind their command.
+        hand = self._settings.hand
+        led = target.led(hand.lead_s, hand.sure_speed, hand.sure_turning)
+        return self._pursue(now, led, goal, speed_scale)
 
     def go_to(self, state: JointState, world_from_goal: Pose, fixate: Floats) -> Command:
         """Return the command towards a hand pose in the world, with the cameras on a point (3,).
@@ -198,7 +202,7 @@ class Controller:
             return self._hold(now, None, frozenset({Reason.PROTECTIVE_STOP}))
         point = Pose.from_parts(np.asarray(fixate).tolist(), [1.0, 0.0, 0.0, 0.0])
         places = point.translation, world_from_goal.translation
-        if not all(_is_reachable(now, np.array(place)) for place in places):
+        if not all(_is_reachable(now, place) for place in places):
             return self._hold(now, None, frozenset({Reason.NOT_FINITE}))
         target = Prediction.at_rest(state.time_s, point)
         goal = Moving.at_rest(world_from_goal.inverse() @ point)
@@ -241,17 +245,17 @@ class Controller:
     ) -> Floats:
         """Return the hand velocity (6,) from the pose error and the goal's motion."""
         settings = self._settings.hand
-        twist = correction(hand_from_goal, now.world_from_hand.matrix(), settings)
+        twist = correction(hand_from_goal, now.world_from_hand, settings)
         if settings.feed_forward:
             twist = twist + world_from_goal.twist
-        return within(twist, *self._limiter.speeds(speed_scale))
+        return twist_within(twist, *self._limiter.speeds(speed_scale))
 
     def _bounds(self, now: _Now, target: Prediction, speed_scale: float) -> Bounds:
         """Return all bounds on the hand's joints for a target."""
         room = self._workspace.velocity_limits(
             now.place, now.last[:3], target.place, target.twist[:3]
         )
-        walls, window = room.rows(now.jacobian), now.window.part(self._hand)
+        walls, window = walls_of(room, now.jacobian), now.window.part(self._hand)
         if self._solid is not None:
             places = now.state.positions
             walls = walls.and_also(
@@ -292,7 +296,7 @@ class Controller:
             gaze = self._gaze.wanted(now.world_from_hand, twist, target.place, target.twist[:3])
             velocities[self._gaze.places] = self._gaze.velocities(now.state, gaze, now.window)
             angles = gaze.angles
-        if not np.isfinite([*velocities, *twist]).all():
+        if not (exact.is_finite(velocities) and exact.is_finite(twist)):
             return self._stop(now.state, Reason.NOT_FINITE)
         self._previous = self._last_command(now, velocities, twist)
         place = None if target is None else target.world_from_object
@@ -322,7 +326,8 @@ class Controller:
     def _look_at(self, state: JointState) -> _Now | None:
         """Compute the state of the hand; None if the joints' state cannot be used."""
         check_state(state, self._arm.joints)
-        if not np.isfinite([state.time_s, *state.positions, *state.velocities]).all():
+        numbers = state.positions, state.velocities
+        if not (isfinite(state.time_s) and all(map(exact.is_finite, numbers))):
             return None
         # What hits a stopped arm moves it at any speed.
         if not (state.stopped or self._limits.may_move_at(state.velocities)):
@@ -350,14 +355,12 @@ class Controller:
         jacobian = self._jacobian(state.positions + ahead_s * previous)
         twist = exact.product(self._jacobian(state.positions), velocities[self._hand])
         # A hand that moves farther by a radian is that of an arm in millimetres.
-        if not (
-            np.abs(jacobian[:3]).max() <= REACH_M and np.isfinite([*jacobian.flat, *twist]).all()
-        ):
+        finite = exact.is_finite(jacobian) and exact.is_finite(twist)
+        if not (finite and np.abs(jacobian[:3]).max() <= REACH_M):
             return None
         last = exact.product(jacobian, previous[self._hand]) if command is None else command.twist
         acceleration = np.zeros(len(previous)) if command is None else command.acceleration
-        braking = np.full(len(previous), np.inf)
-        braking[self._hand] = self._limiter.braking(jacobian)
+        braking = self._limiter.braking(jacobian)
         return _Now(
             state,
             self._arm.world_from_hand(state.positions),
@@ -375,13 +378,6 @@ class Controller:
         check_jacobian(jacobian, self._arm.joints)
         return np.asarray(jacobian, np.float64)[:, self._hand]
 
-    def _led(self, target: Prediction) -> Prediction:
-        """Return the present target, with the motion that is certain after the joints' lag."""
-        settings = self._settings.hand
-        twist = target.twist + settings.lead_s * target.acceleration
-        sure = (settings.sure_speed, settings.sure_turning)
-        return replace(target, twist=twist * target.sure_shares(*sure))
-
     def _moving_goal(self, time_s: float, goal_from_object: Pose) -> Moving:
         """Return the goal with its own motion, from the difference to the previous period."""
         last, self._goal = self._goal, (time_s, goal_from_object)
@@ -389,11 +385,14 @@ class Controller:
             return Moving.at_rest(goal_from_object)
         twist = change_between(last[1], goal_from_object) / (time_s - last[0])
         settings = self._settings.hand
-        if not np.array_equal(within(twist, settings.linear_speed, settings.angular_speed), twist):
+        if not np.array_equal(
+            twist_within(twist, settings.linear_speed, settings.angular_speed), twist
+        ):
             return Moving.at_rest(goal_from_object)  # another goal, not one that moves
         return Moving.from_twist(goal_from_object, twist)
 
 
-def _is_reachable(now: _Now, place: Floats) -> bool:
+def _is_reachable(now: _Now, place: Sequence[float]) -> bool:
     """Return whether a place in the world, (3,), is finite, and not absurdly far from the hand."""
-    return bool(np.abs(place - now.place).max() <= FAR_M)
+    pairs = zip(place, now.world_from_hand.translation, strict=True)
+    return all(abs(one - other) <= FAR_M for one, other in pairs)

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from servoid._native import Body
+from servoid._native import Body, change_between
 from servoid.errors import ServoError
 from servoid.pose import Floats, Pose, exact, looking
 from servoid.servo.arm import Arm
 from servoid.servo.controller import Command, Controller
 from servoid.servo.keeping.safety import Reason
-from servoid.servo.law.moving import change_between
 from servoid.servo.law.reach import reached
 from servoid.servo.settings import LookSettings
 from servoid.servo.surface import Surface

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from servoid._native import Chain
 from servoid.errors import ServoError, SimError
 from servoid.pose import Floats, Pose, exact
 from servoid.servo import Eyes, Joints, JointState, reached
@@ -37,9 +38,7 @@ class SerialArm:
         self._eyes = _eyes(arm)
         count = self._joints.hand_count
         self._lag_s = np.repeat([arm.joints.lag_s, arm.eyes.lag_s], [count, len(arm.eyes.names)])
-        self._fixed, self._cosine, self._sine = _link_parts(arm)
-        self._flange_from_hand = _pose(arm.hand.flange_from_hand).matrix()
-        self._last_frames: tuple[bytes, Floats] | None = None
+        self._chain = Chain(_links(arm), _pose(arm.hand.flange_from_hand))
         self._time_s = 0.0
         size = len(self._joints.names)
         self._velocities = np.zeros(size)
@@ -75,26 +74,17 @@ class SerialArm:
 
     def world_from_hand(self, positions: Floats) -> Pose:
         """Return the pose of the hand for these joint positions."""
-        return Pose(self._frames(positions)[-1])
+        return self._chain.world_from_hand(positions)
 
     def jacobian(self, positions: Floats) -> Floats:
         """Return (6, N) float64: the hand's velocity, linear and angular in the world, by joint."""
-        frames = self._frames(positions)
-        axes = frames[:-1, :3, 2].T
-        x, y, z = frames[-1, :3, 3, None] - frames[:-1, :3, 3].T
-        result = np.zeros((6, len(self._joints.names)))
-        count = self._joints.hand_count
-        result[0, :count] = axes[1] * z - axes[2] * y
-        result[1, :count] = axes[2] * x - axes[0] * z
-        result[2, :count] = axes[0] * y - axes[1] * x
-        result[3:, :count] = axes
-        return result
+        return self._chain.jacobian(positions)
 
     def world_from_cameras(self, positions: Floats) -> tuple[Pose, ...]:
         """Return the poses of the left and the right camera for these joint positions."""
         eyes = self._eyes
         world_from_tilted = (
-            Pose(self._frames(positions)[-1])
+            self.world_from_hand(positions)
             @ eyes.hand_from_head
             @ Pose.exp([0.0, 0.0, 0.0, -positions[eyes.tilt], 0.0, 0.0])
         )
@@ -129,22 +119,6 @@ class SerialArm:
         self._positions = np.clip(reached, joints.lower, joints.upper)
         self._velocities = np.where(self._positions == reached, speed, 0.0)
         self._time_s += self._period_s
-
-    def _frames(self, positions: Floats) -> Floats:
-        """Return the poses (links + 1, 4, 4) float64 of the links' frames, and of the hand last."""
-        # Cached, as pose, Jacobian and cameras are requested for the same positions.
-        key = positions.tobytes()
-        if self._last_frames is not None and self._last_frames[0] == key:
-            return self._last_frames[1]
-        angles = positions[: self._joints.hand_count, None, None]
-        links = self._fixed + exact.cos(angles) * self._cosine + exact.sin(angles) * self._sine
-        frames = np.empty((len(links) + 1, 4, 4))
-        frames[0] = links[0]
-        for index in range(1, len(links)):
-            frames[index] = exact.product(frames[index - 1], links[index])
-        frames[-1] = exact.product(frames[-2], self._flange_from_hand)
-        self._last_frames = key, frames
-        return frames
 
     def _start(self, arm: ArmFile) -> Floats:
         """Solve for the positions of the file's start pose of the hand, with q1 = 0."""
@@ -209,23 +183,14 @@ def _eyes(arm: ArmFile) -> Eyes:
     return Eyes(Pose.identity(), arm.eyes.half_baseline, first, first + 1, first + 2)
 
 
-def _link_parts(arm: ArmFile) -> tuple[Floats, Floats, Floats]:
-    """Return (n, 4, 4) arrays: a link is fixed + cos(angle) * cosine + sin(angle) * sine."""
+def _links(arm: ArmFile) -> list[tuple[float, float]]:
+    """Return the twist in radians and the length in metres of each link; every other has none."""
     twists = np.radians(arm.chain.twists_deg)
     along = np.zeros(len(twists))
     if len(along[_ODD]) != len(arm.lengths):
         raise SimError(f"{len(arm.lengths)} of {counted(len(along[_ODD]), 'length')} were given")
     along[_ODD] = arm.lengths
-    fixed, cosine, sine = (np.zeros((len(twists), 4, 4)) for _ in range(3))
-    cos, sin = exact.cos(twists), exact.sin(twists)
-    cosine[:, 0, 0] = 1.0
-    cosine[:, 1, 1], cosine[:, 2, 1] = cos, sin
-    sine[:, 0, 1] = -1.0
-    sine[:, 1, 0], sine[:, 2, 0] = cos, sin
-    fixed[:, 1, 2], fixed[:, 2, 2] = -sin, cos
-    fixed[:, 1, 3], fixed[:, 2, 3] = -sin * along, cos * along
-    fixed[:, 3, 3] = 1.0
-    return fixed, cosine, sine
+    return list(zip(twists.tolist(), along.tolist(), strict=True))
 
 
 def _pose(numbers: Sequence[float]) -> Pose:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from servoid._native import change_between
 from servoid.errors import ServoError
 from servoid.servo import Arm, RememberingArm
-from servoid.servo.law.moving import change_between
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
 

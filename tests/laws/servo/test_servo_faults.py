@@ -17,11 +17,11 @@ from servo_loop import (
 )
 from tiers import tiered
 
+from servoid._native import change_between, shifted_and_turned
 from servoid.pose import Pose
 from servoid.servo import GazeMode, Reason, ServoSettings
 from servoid.servo.belief.target import TargetFilter
 from servoid.servo.keeping.safety import SafetySupervisor
-from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.servo.settings import GazeSettings, SafetySettings, TargetSettings
 from servoid.source.source import Instant
 

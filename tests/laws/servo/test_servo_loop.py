@@ -18,9 +18,9 @@ from servo_loop import (
 )
 from tiers import tiered
 
+from servoid._native import shifted_and_turned
 from servoid.pose import Pose
 from servoid.servo import Command, GazeMode, JointLaw, Reason, ServoSettings, brought_to_rest
-from servoid.servo.law.moving import shifted_and_turned
 from servoid.servo.settings import GazeSettings, HandSettings, JointSettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm

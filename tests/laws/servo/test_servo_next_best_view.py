@@ -7,12 +7,12 @@ from msgspec.structs import replace
 from scenes_looking import SETTINGS, body_at, look_at, look_from, no_better, seen_by
 from servo_loop import PERIOD_S, RATE_HZ, WORLD_FROM_OBJECT
 
+from servoid._native import change_between
 from servoid.camera import Camera
 from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo import Controller, LookSettings, Viewpoint, next_viewpoint, visit
 from servoid.servo.exploration import _Progress, first_look
-from servoid.servo.law.moving import change_between
 from servoid.servo.next_best_view import greatest_gain
 from servoid.servo.surface import Surface
 from servoid.shape import Body

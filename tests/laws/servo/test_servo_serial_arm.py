@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from servo_loop import GOAL_FROM_OBJECT, WORLD_FROM_START, to_and_fro
 
+from servoid._native import change_between
 from servoid.errors import SimError
 from servoid.servo.law.joints import PaperJoints
-from servoid.servo.law.moving import change_between
 from servoid.servo.settings import JointSettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm

@@ -9,9 +9,9 @@ pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
 from known_arms import PANDA, UR5E, KnownArm
 
+from servoid._native import shifted_and_turned
 from servoid.servo import Controller, Reason, RememberingArm, ServoSettings
 from servoid.servo.arm import Shaped
-from servoid.servo.law.moving import shifted_and_turned
 from servoid.servo.settings import SafetySettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm

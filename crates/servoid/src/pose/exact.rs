@@ -89,10 +89,11 @@ impl Rows {
     }
 
     /// Returns the eigenvalues of a symmetric matrix, the least first, and the eigenvectors as
-    /// columns; `None` if they cannot be found, or it is not square.
+    /// columns; `None` if they cannot be found, or it is not square or not finite.
     #[must_use]
     pub fn symmetric_eigen(&self) -> Option<(Vec<f64>, Self)> {
-        if !self.is_square() {
+        // The search for those of other numbers would not end.
+        if !self.is_square() || !is_finite(&self.numbers) {
             return None;
         }
         let found = self.dense().try_symmetric_eigen(f64::EPSILON, 0)?;
@@ -168,6 +169,32 @@ fn sums_of_any_width(left: &[f64], right: &[f64], inner: usize, width: usize) ->
         }
     }
     numbers
+}
+
+/// Returns whether all numbers are finite.
+#[must_use]
+pub fn is_finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|x| x.is_finite())
+}
+
+/// Returns whether each number is from its lower to its upper bound; NaN is not. Numbers without
+/// bounds do not count.
+#[must_use]
+pub fn is_between(numbers: &[f64], lower: &[f64], upper: &[f64]) -> bool {
+    let bounds = lower.iter().zip(upper);
+    numbers.iter().zip(bounds).all(|(x, (lower, upper))| lower <= x && x <= upper)
+}
+
+/// Returns the lesser of two numbers, the second of equal ones, and NaN if one is.
+#[must_use]
+pub fn lesser(a: f64, b: f64) -> f64 {
+    if a < b || a.is_nan() { a } else { b }
+}
+
+/// Returns the greater of two numbers, the second of equal ones, and NaN if one is.
+#[must_use]
+pub fn greater(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
 }
 
 /// Returns the dot product of two vectors.

@@ -6,6 +6,8 @@
     reason = "a test that cannot go on has failed; what it expects may come from any library"
 )]
 
+mod arm;
+mod arm_limits;
 mod contour;
 mod coverage;
 mod evidence;

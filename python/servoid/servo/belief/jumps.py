@@ -3,8 +3,8 @@
 from enum import Enum
 from typing import Protocol
 
+from servoid._native import change_between
 from servoid.pose import Pose, exact
-from servoid.servo.law.moving import change_between
 from servoid.servo.settings import TargetSettings
 
 

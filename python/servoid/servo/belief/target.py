@@ -5,12 +5,22 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid._native import Measurement, Motion, MotionModel, MotionPrior, Noise
+from servoid._native import (
+    Measurement,
+    Motion,
+    MotionModel,
+    MotionPrior,
+    Noise,
+    certain_twist,
+    change_between,
+    predicted_motion,
+    shifted_and_turned,
+    spread_at,
+)
 from servoid.errors import ServoError
 from servoid.pose import Floats, Pose, exact
 from servoid.servo.belief.jumps import GateResult, Jumps
 from servoid.servo.belief.unobservable_turns import UnobservableTurns, UnsureEstimate
-from servoid.servo.law.moving import change_between, cross_matrix, shifted_and_turned
 from servoid.servo.settings import TargetSettings
 
 # Initial standard deviations of an object's motion: m/s and m/s², rad/s and rad/s².
@@ -77,17 +87,17 @@ class Prediction:
         still, sure = np.zeros(6), np.zeros((6, 6))
         return cls(time_s, world_from_object, still, still, sure, sure)
 
-    def sure_shares(self, linear: float, angular: float) -> Floats:
-        """Return weights (6,) of the twist, below 1 if its deviations exceed the given ones."""
-        variances = self.twist_covariance.diagonal().reshape(2, 3).sum(axis=1)
-        sure = np.square([linear, angular])
-        return np.repeat(np.sqrt(sure / np.maximum(sure, variances)), 3)
+    def led(self, lead_s: float, linear: float, angular: float) -> "Prediction":
+        """Return the present pose with the motion after a time, as far as it is certain.
+
+        The twist is shortened if its deviations exceed the given ones, in m/s and rad/s.
+        """
+        motion = self.twist, self.acceleration, self.twist_covariance
+        return replace(self, twist=certain_twist(motion, lead_s, (linear, angular)))
 
     def spread_at(self, point: Floats) -> float:
         """Return the standard deviation, in m, of a world point (3,) fixed to the object."""
-        arm = cross_matrix(point - self.place)
-        carried = np.concatenate([np.eye(3), -arm], axis=1)
-        return float(np.sqrt(exact.product(carried, self.covariance, carried.T).trace()))
+        return spread_at(self.covariance, point - self.place)
 
 
 class TargetFilter:
@@ -165,16 +175,14 @@ class TargetFilter:
             raise ServoError("no estimate has come yet; call update before predict")
         ahead, horizon = time_s - self._time_s, self._settings.horizon_s
         span = min(max(ahead, 0.0), horizon) if self._settings.compensate else 0.0
-        states, covariances = self._known.ahead(span)
-        twist, acceleration = states[:, 3:6].reshape(6), states[:, 6:9].reshape(6)
+        change, twist, acceleration, *spreads = self._known.ahead(span)
         rests = ahead > horizon
         return Prediction(
             time_s,
-            shifted_and_turned(self._pose, states[:, :3].reshape(6)),
+            shifted_and_turned(self._pose, change),
             np.zeros(6) if rests else twist,
             np.zeros(6) if rests else acceleration,
-            self._known.joined(covariances[:, :3, :3] + self._known.hidden),
-            self._known.joined(covariances[:, 3:6, 3:6]),
+            *spreads,
         )
 
     def forget(self) -> None:
@@ -187,7 +195,7 @@ class TargetFilter:
 
     def _after(self, known: "_Known", elapsed: float) -> Pose:
         """Return the pose of the object at a time after the last used estimate."""
-        return shifted_and_turned(self._pose, known.ahead(elapsed)[0][:, :3].reshape(6))
+        return shifted_and_turned(self._pose, known.ahead(elapsed)[0])
 
     def _start(self, estimate: TargetEstimate, begun: "_Begun | None" = None) -> None:
         """Start with an estimate, or restart with one that replaces the first."""
@@ -285,18 +293,13 @@ class _Known:
     turns: UnobservableTurns
     hidden: Floats
 
-    def ahead(self, span: float) -> tuple[Floats, Floats]:
-        """Predict the states (2, 12) of translation and rotation, and their covariances."""
-        both = (self.shift.ahead(span), self.turn.ahead(span))
-        return np.array([state for state, _ in both]), np.array([spread for _, spread in both])
+    def ahead(self, span: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Predict translation and rotation (6,) from the reference, and their two derivatives.
 
-    def joined(self, covariances: Floats) -> Floats:
-        """Join covariances (2, 3, 3) to one (6, 6), without unobservable rotations."""
-        across = np.eye(3) - self.turns.spread
-        whole = np.zeros((6, 6))
-        whole[:3, :3] = covariances[0]
-        whole[3:, 3:] = exact.product(across, covariances[1], across)
-        return whole
+        The covariances (6, 6) of translation and rotation and of their rates follow, without
+        unobservable rotations.
+        """
+        return predicted_motion((self.shift, self.turn), self.hidden, self.turns.spread, span)
 
     def presume(self, turn: Floats, begun: "_Begun", nis_gate: float) -> None:
         """Apply the rotation before the restart, at `turn` (3,) from the present one, as a prior.

@@ -5,8 +5,8 @@ from typing import Protocol
 
 import numpy as np
 
+from servoid._native import change_between, shifted_and_turned
 from servoid.pose import Floats, Pose, exact
-from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.track import unobservable_axes
 
 _PASSES = 20  # passes, as rotations about different axes do not commute

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid._native import change_between
 from servoid.pose import Floats, Pose, exact
-from servoid.servo.law.moving import change_between
 from servoid.servo.settings import SafetySettings
 from servoid.source import Instant
 

@@ -5,11 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servoid._native import Balls, is_between
 from servoid.pose import Floats, exact
 from servoid.servo.keeping.safety import Reason
-
-INSIDE = 1e-3  # share of a ball's radius by which speeds are shortened below the bound
-_EDGE = 1e-6  # share of it by which they must be shorter
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,31 +57,6 @@ class Rows:
 
 
 @dataclass(frozen=True, eq=False)
-class Ball:
-    """Bounds a length: `matrix` (3, n) times joint speeds is within `radius` of `center` (3,)."""
-
-    matrix: Floats
-    center: Floats
-    radius: float
-    reason: Reason
-
-    def exceeds(self, velocities: Floats) -> bool:
-        """Return whether joint speeds (n,) are outside."""
-        return exact.norm(self._off(velocities)) > self.radius * (1.0 - _EDGE)
-
-    def cut(self, velocities: Floats) -> Rows:
-        """Return the tangent plane of the ball nearest to joint speeds (n,) outside."""
-        off = self._off(velocities)
-        normal = off / exact.norm(off)
-        most = exact.dot(normal, self.center) + self.radius * (1.0 - INSIDE)
-        row = exact.product(normal, self.matrix)
-        return Rows(row[None], np.full(1, -np.inf), np.array([most]), (self.reason,))
-
-    def _off(self, velocities: Floats) -> Floats:
-        return exact.product(self.matrix, velocities) - self.center
-
-
-@dataclass(frozen=True, eq=False)
 class Bounds:
     """All bounds on the hand's joints in one control period; `jacobian` (6, n) is the hand's.
 
@@ -93,15 +66,15 @@ class Bounds:
     jacobian: Floats
     window: Window
     rows: Rows
-    balls: tuple[Ball, ...]
+    balls: Balls
 
     def hold(self, velocities: Floats) -> bool:
         """Return whether joint speeds (n,) are inside."""
         window, rows = self.window, self.rows
-        if not np.all((velocities >= window.lower) & (velocities <= window.upper)):
+        if not is_between(velocities, window.lower, window.upper):
             return False  # also for values that are not finite
         if rows.reasons:
             values = exact.product(rows.matrix, velocities)
-            if np.any((values < rows.lower) | (values > rows.upper)):
+            if not is_between(values, rows.lower, rows.upper):
                 return False
-        return not any(ball.exceeds(velocities) for ball in self.balls)
+        return self.balls.hold(velocities)

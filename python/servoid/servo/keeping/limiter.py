@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from servoid._native import HandLimits
 from servoid.errors import MissingExtraError
 from servoid.pose import Floats, exact
 from servoid.servo.arm import Arm
-from servoid.servo.keeping.bounds import INSIDE, Ball, Bounds, Rows, Window
+from servoid.servo.keeping.bounds import Bounds, Rows, Window
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.joints import JointSetpoint
 from servoid.servo.settings import HandSettings
@@ -15,8 +16,7 @@ from servoid.servo.settings import HandSettings
 _SOLVED = (1, 2)  # daqp's exit flags of a solution, 2 with a violated soft bound
 _SOFT = 8  # daqp's flag of a soft bound
 _CUTS = 12  # maximum number of planes that approximate a ball
-_ALONE = 0.6  # share of the hand's acceleration that one joint's braking may use
-_NO_LEVER = 1e-3  # m or 1: a joint that moves the hand less is ignored
+_BALLS = (Reason.HAND_SPEED, Reason.HAND_ACCELERATION) * 2  # in the order of the core
 _NOTED = 1e-3  # m/s and rad/s of the hand: smaller changes do not count as limiting
 
 
@@ -51,10 +51,10 @@ class Limiter:
         self._solve = daqp.solve
         speeds = np.array([settings.linear_speed, settings.angular_speed])
         accelerations = np.array([settings.linear_acceleration, settings.angular_acceleration])
-        self._period_s = arm.period_s
-        self._fading = fade_s / arm.period_s
         self._speeds = settings.speed_share * speeds
-        self._steps = settings.acceleration_share * accelerations * arm.period_s
+        steps = settings.acceleration_share * accelerations * arm.period_s
+        fading = fade_s / arm.period_s
+        self._hand = HandLimits(self._speeds.tolist(), steps.tolist(), arm.period_s, fading)
 
     def bounds(
         self, jacobian: Floats, last: Floats, window: Window, walls: Rows, speed_scale: float
@@ -63,23 +63,8 @@ class Limiter:
 
         `jacobian` is (6, n), and `speed_scale` the allowed share of the hand's speed.
         """
-        parts = zip(
-            jacobian.reshape(2, 3, -1),
-            last.reshape(2, 3),
-            self.speeds(speed_scale).tolist(),
-            self._steps.tolist(),
-            strict=True,
-        )
-        balls: list[Ball] = []
-        for matrix, before, speed, step in parts:
-            # A hand above its speed limit decelerates as fast as it can.
-            fastest = max(speed, exact.norm(before) - step)
-            # The relevant speed is that after its acceleration has vanished.
-            share = self._fading / (1.0 + self._fading)
-            fastest *= 1.0 - share
-            balls.append(Ball(matrix, share * before, fastest, Reason.HAND_SPEED))
-            balls.append(Ball(matrix, before, step, Reason.HAND_ACCELERATION))
-        return Bounds(jacobian, window, walls, tuple(balls))
+        balls = self._hand.balls(jacobian, last, speed_scale)
+        return Bounds(jacobian, window, walls, balls)
 
     def speeds(self, speed_scale: float) -> Floats:
         """Return the hand's speed limits, (2,) in m/s and rad/s, scaled by a share."""
@@ -90,14 +75,11 @@ class Limiter:
 
         `jacobian` is (6, n). Each joint leaves a share of the hand's limit to the other joints.
         """
-        levers = np.sqrt(np.square(jacobian.reshape(2, 3, -1)).sum(axis=1))
-        most = (self._steps / self._period_s)[:, None] / np.maximum(levers, _NO_LEVER)
-        return _ALONE * most.min(axis=0)
+        return self._hand.braking(jacobian)
 
     def ticks_to_rest(self, twist: Floats) -> float:
         """Return the number of periods in which the hand can come to rest from a velocity (6,)."""
-        lengths = exact.lengths(twist.reshape(2, 3))
-        return float((lengths / ((1.0 - INSIDE) * self._steps)).max())
+        return self._hand.ticks_to_rest(twist)
 
     def nearest(self, setpoint: JointSetpoint, bounds: Bounds) -> Limited:
         """Return the joint speeds nearest to the desired ones, and the active bounds."""
@@ -106,10 +88,11 @@ class Limiter:
         rows = bounds.rows
         found, pressed = self._solved(setpoint, bounds.window, rows)
         for _ in range(_CUTS):
-            cuts = [ball.cut(found) for ball in bounds.balls if ball.exceeds(found)]
-            if not cuts:
+            balls, planes, most = bounds.balls.cuts(found)
+            if not balls:
                 break
-            rows = rows.and_also(*cuts)
+            reasons = tuple(_BALLS[ball] for ball in balls)
+            rows = rows.and_also(Rows(planes, np.full(len(most), -np.inf), most, reasons))
             found, pressed = self._solved(setpoint, bounds.window, rows)
         off = exact.product(bounds.jacobian, found - setpoint.velocities)
         return Limited(found, pressed if np.abs(off).max() > _NOTED else frozenset())

@@ -1,41 +1,21 @@
 """Keeps the hand in its workspace and away from the object."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from servoid._native import VelocityLimits, Workspace, stoppable_speed
 from servoid.pose import Floats, Pose, exact
 from servoid.servo.arm import Solid
 from servoid.servo.keeping.bounds import Rows
-from servoid.servo.keeping.limits import stoppable_speed
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.settings import SafetySettings
 
 _WATCHED = 0.15  # m: parts that are farther apart, beyond their clearance, are ignored
-_BLIND = 1e-6  # m: at smaller distances from the object, the direction away is undefined
+_WALLS = (*[Reason.WORKSPACE] * 3, Reason.NEAR)
 
 
-@dataclass(frozen=True, eq=False)
-class VelocityLimits:
-    """Bounds (3,) of the hand's velocity in the world, and of its speed towards the object.
-
-    `toward` (3,) is the unit direction to the object; `closing` includes the object's velocity.
-    """
-
-    lower: Floats
-    upper: Floats
-    toward: Floats
-    closing: float
-
-    def rows(self, jacobian: Floats) -> Rows:
-        """Return these bounds for joint speeds; `jacobian` (6, n) is that of the hand."""
-        linear = jacobian[:3]
-        return Rows(
-            np.concatenate([linear, exact.product(self.toward, linear)[None]]),
-            np.array([*self.lower, -np.inf]),
-            np.array([*self.upper, self.closing if np.any(self.toward) else np.inf]),
-            (*[Reason.WORKSPACE] * 3, Reason.NEAR),
-        )
+def walls_of(limits: VelocityLimits, jacobian: Floats) -> Rows:
+    """Return bounds of the hand's velocity for joint speeds; `jacobian` (6, n) is the hand's."""
+    return Rows(*limits.rows(jacobian), _WALLS)
 
 
 class WorkspaceLimits:
@@ -44,18 +24,18 @@ class WorkspaceLimits:
     def __init__(self, settings: SafetySettings, reaction_s: float, period_s: float) -> None:
         self._settings, self._reaction_s = settings, reaction_s
         self._step = settings.braking * period_s
-        self._lower = np.array(settings.workspace_lower)
-        self._upper = np.array(settings.workspace_upper)
+        self._room = Workspace(
+            (settings.workspace_lower, settings.workspace_upper),
+            least_distance=settings.least_distance,
+            braking=settings.braking,
+            reaction_s=reaction_s,
+            period_s=period_s,
+        )
 
     def allowed(self, world_from_goal: Pose, object_in_world: Floats) -> Pose:
         """Return the goal, moved into the workspace and away from the object if necessary."""
-        place = np.array(world_from_goal.translation)
-        away = place - object_in_world
-        distance = exact.norm(away)
-        if _BLIND < distance < self._settings.least_distance:
-            place = object_in_world + away * (self._settings.least_distance / distance)
-        place = np.minimum(np.maximum(place, self._lower), self._upper)
-        return Pose.from_parts(place.tolist(), world_from_goal.quaternion)
+        place = self._room.allowed(world_from_goal.translation, object_in_world)
+        return Pose.from_parts(place, world_from_goal.quaternion)
 
     def apart(self, solid: Solid, positions: Floats, previous: Floats, hand: slice) -> Rows:
         """Return bounds that keep parts of an arm and its room apart, at joint positions (N,).
@@ -83,19 +63,4 @@ class WorkspaceLimits:
 
         No bound requires a deceleration above `braking` from the hand's last velocity (3,).
         """
-        away = object_in_world - hand
-        distance = exact.norm(away)
-        toward = away / distance if distance > _BLIND else np.zeros(3)
-        apart = distance - self._settings.least_distance
-        room = np.array([*(hand - self._lower), *(self._upper - hand), apart])
-        # Without any room left, only speeds that move back are allowed.
-        speeds = np.copysign(
-            stoppable_speed(np.abs(room), self._settings.braking, self._reaction_s), room
-        )
-        closing = float(speeds[6]) + exact.dot(toward, object_velocity)
-        return VelocityLimits(
-            np.minimum(-speeds[:3], velocity + self._step),
-            np.maximum(speeds[3:6], velocity - self._step),
-            toward,
-            max(closing, exact.dot(toward, velocity) - self._step),
-        )
+        return self._room.velocity_limits((hand, velocity), (object_in_world, object_velocity))

@@ -1,42 +1,22 @@
 """The hand's pose error, and by the paper's PD law the velocity that reduces it."""
 
-import numpy as np
-
-from servoid.pose import Floats, exact
-from servoid.servo.law.moving import Moving
+from servoid._native import Moving, hand_correction
+from servoid.pose import Floats, Pose
 from servoid.servo.settings import HandSettings
 
 
-def quaternion_error(hand_from_goal: Moving) -> Floats:
-    """Return the vector part (3,) of the shorter unit quaternion of the rotation to the goal."""
-    w, *vector = hand_from_goal.pose.quaternion
-    return np.copysign(1.0, w) * np.asarray(vector)
-
-
-def correction(hand_from_goal: Moving, world_from_hand: Floats, settings: HandSettings) -> Floats:
+def correction(hand_from_goal: Moving, world_from_hand: Pose, settings: HandSettings) -> Floats:
     """Return the hand's desired velocity (6,), linear and angular in the world.
 
-    `world_from_hand` is (4, 4); only its rotation is used.
+    Of `world_from_hand` only the rotation is used.
     """
-    turn = world_from_hand[:3, :3]
-    offset = exact.product(turn, hand_from_goal.matrix[:3, 3])
-    off = exact.product(turn, quaternion_error(hand_from_goal))
-    rates = hand_from_goal.twist
-    moving, turning = exact.product(turn, rates[:3]), exact.product(turn, rates[3:])
-    linear = settings.position_gain * offset + settings.position_rate_gain * moving  # Eq. (12)
-    angular = settings.turn_gain * off + settings.turn_rate_gain * turning  # Eq. (13)
-    return np.concatenate([linear, angular])
-
-
-def shares(twist: Floats, linear: float, angular: float) -> Floats:
-    """Return factors (2,), at most 1, that limit a twist's two parts to the given lengths."""
-    lengths = np.sqrt(np.square(twist).reshape(2, 3).sum(axis=1))
-    return np.minimum(1.0, (linear, angular) / np.maximum(lengths, 1e-12))
-
-
-def within(twist: Floats, linear: float, angular: float) -> Floats:
-    """Return a twist (6,) whose linear and angular parts have at most the given lengths."""
-    return twist * np.repeat(shares(twist, linear, angular), 3)
+    gains = (
+        settings.position_gain,
+        settings.position_rate_gain,
+        settings.turn_gain,
+        settings.turn_rate_gain,
+    )
+    return hand_correction(hand_from_goal, world_from_hand, gains)
 
 
 def goal_error(

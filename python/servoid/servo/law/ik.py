@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from servoid.pose import Floats, exact
+from servoid._native import QuadraticLaw
+from servoid.pose import Floats
 from servoid.servo.arguments import check_state
 from servoid.servo.arm import Arm, JointState
-from servoid.servo.law.joints import IDLE_WEIGHT, HandSetpoint, JointSetpoint
+from servoid.servo.law.joints import HandSetpoint, JointSetpoint
 from servoid.servo.settings import JointSettings
-
-_TINY = 1e-8
 
 
 class QuadraticJoints:
@@ -27,24 +26,16 @@ class QuadraticJoints:
         """
         state = arm.state()
         check_state(state, arm.joints)
-        self._settings = settings
         self._count = arm.joints.hand_count
-        self._posture = np.asarray(state.positions, np.float64)[: self._count]
-        self._weights = np.repeat([1.0, settings.angular_weight], 3)
+        self._law = QuadraticLaw(
+            np.asarray(state.positions, np.float64)[: self._count],
+            settings.posture_gain,
+            settings.angular_weight,
+            settings.damping,
+            settings.damped_below,
+        )
 
     def setpoint(self, state: JointState, jacobian: Floats, hand: HandSetpoint) -> JointSetpoint:
         """Return the best joint speeds without bounds, and the weights of deviations from them."""
-        settings = self._settings
-        weighted = self._weights[:, None] * jacobian
-        # The singular vectors of the hand's motion come last; those before span the null space.
-        squares, axes = exact.eigh(exact.product(weighted.T, weighted))
-        squares = np.maximum(squares, 0.0)
-        free = axes[:, : max(0, self._count - len(weighted))]
-        lack = np.maximum(0.0, 1.0 - np.sqrt(squares) / settings.damped_below)
-        worth = squares + np.square(settings.damping * lack) + _TINY
-        worth[: free.shape[1]] = IDLE_WEIGHT
-        pull = settings.posture_gain * (self._posture - state.positions[: self._count])
-        wanted = exact.product(weighted.T, self._weights * hand.twist)
-        slope = wanted + IDLE_WEIGHT * exact.product(free, exact.product(free.T, pull))
-        velocities = exact.product(axes, exact.product(axes.T, slope) / worth)
-        return JointSetpoint(velocities, exact.product(axes * worth, axes.T))
+        positions = state.positions[: self._count]
+        return JointSetpoint(*self._law.setpoint(jacobian, positions, hand.twist))

@@ -5,12 +5,12 @@ from typing import Protocol
 
 import numpy as np
 
+from servoid._native import hand_weights
 from servoid.pose import Floats, Pose, exact
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.law.reach import stepped
 from servoid.servo.settings import JointSettings
 
-IDLE_WEIGHT = 1e-3  # m²: weight of null-space motion of the joints
 _TINY = 1e-9
 
 
@@ -39,17 +39,6 @@ class HandJoints(Protocol):
     def setpoint(self, state: JointState, jacobian: Floats, hand: HandSetpoint) -> JointSetpoint:
         """Return the desired speeds of n joints, unbounded; `jacobian` (6, n) is the hand's."""
         ...
-
-
-def hand_weights(jacobian: Floats, angular_weight: float) -> Floats:
-    """Return weights (n, n) that measure deviations of the hand, and hardly null-space motion.
-
-    `jacobian` is (6, n), and `angular_weight` the metres that weigh as much as a radian.
-    """
-    weighted = np.repeat([1.0, angular_weight], 3)[:, None] * jacobian
-    weights = exact.product(weighted.T, weighted)
-    weights[np.diag_indices(len(weights))] += IDLE_WEIGHT
-    return weights
 
 
 def pseudo_inverse(jacobian: Floats) -> Floats:

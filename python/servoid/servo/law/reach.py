@@ -4,13 +4,11 @@ from typing import Protocol
 
 import numpy as np
 
-from servoid.pose import Floats, Pose, exact
+from servoid._native import change_between, newton_turn
+from servoid.pose import Floats, Pose
 from servoid.servo.arm import Joints
-from servoid.servo.law.moving import change_between
 
-_DAMPING = 1e-3
 _TINY = 1e-9
-_STEP = 0.3  # rad: maximum step of a joint
 _STEPS = 150
 _REACHED = 1e-6  # m and rad
 _STALLED = 1e-3  # share of the remaining error: shorter steps are blocked by a limit
@@ -45,12 +43,8 @@ def stepped(
     if error < _TINY:
         return positions, error
     slope = np.asarray(arm.jacobian(positions), np.float64)[:, free]
-    square = exact.product(slope.T, slope)
-    square[np.diag_indices(len(square))] += _TINY + _DAMPING * exact.dot(change, change)
-    turn = exact.solve(square, exact.product(slope.T, change))
-    turn *= min(1.0, _STEP / max(_STEP, float(np.abs(turn).max())))
     moved = positions.copy()
-    moved[free] += turn
+    moved[free] += newton_turn(slope, change)
     return np.clip(moved, arm.joints.lower, arm.joints.upper), error
 
 

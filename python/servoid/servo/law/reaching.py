@@ -1,8 +1,7 @@
 """Detects that a goal is out of reach, or that a singular arm cannot move towards it."""
 
-import numpy as np
-
-from servoid.pose import Floats, Pose, exact
+from servoid._native import lost_speed
+from servoid.pose import Floats, Pose
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.reach import stepped
@@ -24,8 +23,7 @@ class Reaching:
     def __init__(self, arm: Arm, settings: JointSettings) -> None:
         self._arm = arm
         self._free = slice(0, arm.joints.hand_count)
-        self._weights = np.repeat([1.0, settings.angular_weight], 3)
-        self._damped_below = settings.damped_below
+        self._weighing = settings.angular_weight, settings.damped_below
         self._found: Floats | None = None
         self._steps_taken = 0
         self._since: dict[Reason, float] = {}
@@ -44,7 +42,7 @@ class Reaching:
         """
         now = {
             Reason.UNREACHABLE: not self._holds(state.positions, world_from_goal),
-            Reason.SINGULAR: self._swallowed(jacobian, twist) > _LOST,
+            Reason.SINGULAR: lost_speed(jacobian, twist, *self._weighing) > _LOST,
         }
         self._since = {
             reason: self._since.get(reason, state.time_s) for reason, holds in now.items() if holds
@@ -66,14 +64,3 @@ class Reaching:
                 return True
         self._steps_taken += _STEPS
         return False
-
-    def _swallowed(self, jacobian: Floats, twist: Floats) -> float:
-        """Return the part of a velocity in nearly singular directions of the arm."""
-        weighted = self._weights[:, None] * jacobian
-        squares, axes = exact.eigh(exact.product(weighted, weighted.T))
-        # An arm of fewer than six joints is singular everywhere.
-        lacking = len(weighted) - min(weighted.shape)
-        sizes = np.sqrt(np.maximum(squares, 0.0))
-        lack = np.maximum(0.0, 1.0 - sizes / self._damped_below)
-        parts = np.abs(exact.product(axes.T, self._weights * twist))
-        return float((lack * parts)[lacking:].max())

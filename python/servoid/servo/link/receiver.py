@@ -10,9 +10,9 @@ from enum import Enum
 
 import numpy as np
 
+from servoid._native import stoppable_speed
 from servoid.pose import Floats
 from servoid.servo.arm import Joints, JointState
-from servoid.servo.keeping.limits import stoppable_speed
 from servoid.servo.link.messages import FromLoop, MotionCommand, Phase, Start
 from servoid.servo.link.settings import LinkSettings
 from servoid.servo.link.stopping import StoppingTrajectory

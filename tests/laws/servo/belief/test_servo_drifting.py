@@ -19,10 +19,10 @@ from servo_loop import (
 )
 from tiers import tiered
 
+from servoid._native import change_between, shifted_and_turned
 from servoid.pose import Pose
 from servoid.servo import Reason
 from servoid.servo.belief.watchdog import Drifting
-from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.servo.settings import SafetySettings
 from servoid.source.source import Instant
 

@@ -16,11 +16,11 @@ from servo_loop import (
 )
 from tiers import tiered
 
+from servoid._native import change_between, shifted_and_turned
 from servoid.pose import Pose
 from servoid.servo import Reason
 from servoid.servo.belief.target import TargetFilter
 from servoid.servo.keeping.safety import ORDINARY
-from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.servo.settings import SafetySettings, TargetSettings
 from servoid.source.source import Instant
 

@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from servo_loop import WORLD_FROM_OBJECT, to_and_fro
 from tiers import tiered
 
+from servoid._native import change_between, shifted_and_turned
 from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo.belief.jumps import GateResult
 from servoid.servo.belief.target import TargetFilter
 from servoid.servo.belief.unobservable_turns import UnobservableTurns
-from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.servo.settings import TargetSettings
 
 LATENCY_S = 0.05

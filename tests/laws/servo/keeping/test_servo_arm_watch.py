@@ -10,11 +10,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from servo_loop import PERIOD_S, WORLD_FROM_START, Loop, goal_at, still
 
+from servoid._native import shifted_and_turned
 from servoid.errors import ServoError
 from servoid.pose.exact import Floats
 from servoid.servo import Controller, JointState, Reason
 from servoid.servo.keeping.arm_watch import ArmWatch
-from servoid.servo.law.moving import shifted_and_turned
 from servoid.servo.next_best_view import visit
 from servoid.servo.settings import HandSettings, LookSettings, SafetySettings
 from servoid.sim.arm_file import read_arm

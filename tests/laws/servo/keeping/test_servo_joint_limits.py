@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from servoid.pose.exact import Floats
 from servoid.servo import Joints, JointState
-from servoid.servo.keeping.limits import JointLimits, stopping_distance
+from servoid.servo.keeping.limits import JointLimits
 from servoid.servo.settings import JointSettings
 
 COUNT = 8
@@ -77,32 +77,6 @@ def test_no_joint_overruns_any_of_its_limits(seed: int, lag_s: float) -> None:
 @given(seed=st.integers(100, 1_000_000), lag_s=st.sampled_from([0.0, 0.01, 0.02]))
 def test_no_joint_overruns_any_of_its_limits_whatever_is_drawn(seed: int, lag_s: float) -> None:
     check_limits(seed, lag_s, ticks=800)
-
-
-@settings(max_examples=15, deadline=None)
-@given(
-    speed=st.floats(0.05, 5.0),
-    share=st.floats(-1.0, 1.0),
-    deceleration=st.floats(0.5, 20.0),
-    ramp_s=st.floats(0.005, 0.2),
-)
-def test_the_stopping_distance_is_that_of_the_hardest_braking(
-    speed: float, share: float, deceleration: float, ramp_s: float
-) -> None:
-    jerk = deceleration / ramp_s
-    # One that brakes so hard that it would turn back before it fades is none of these.
-    least = -min(deceleration, np.sqrt(2.0 * jerk * speed))
-    now = share * deceleration if share > 0 else -share * least
-    distance = stopping_distance(*(np.array([one]) for one in (speed, now, deceleration, jerk)))
-    step, way, at, rate = 2e-4, 0.0, speed, now
-    while at > 0.0:
-        fading = -np.sqrt(2.0 * jerk * at)
-        wanted = max(-deceleration, fading)
-        rate += np.clip(wanted - rate, -jerk * step, jerk * step)
-        way, at = way + at * step, at + rate * step
-        if at < 1e-6:
-            break
-    assert distance[0] == pytest.approx(way, rel=0.02, abs=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -7,15 +7,23 @@ import numpy as np
 import pytest
 from servo_loop import WORLD_FROM_START
 
+from servoid._native import (
+    Moving,
+    quaternion_error,
+    seen_from_head,
+    shifted_and_turned,
+    stoppable_speed,
+    twist_shares,
+    twist_within,
+)
 from servoid.errors import MissingExtraError
 from servoid.pose import Pose
 from servoid.servo import JointState, Reason
 from servoid.servo.keeping.bounds import Rows, Window
 from servoid.servo.keeping.limiter import Limited, Limiter
-from servoid.servo.keeping.limits import stoppable_speed
-from servoid.servo.keeping.workspace_limits import WorkspaceLimits
-from servoid.servo.law.gaze import fixation, seen_from_head
-from servoid.servo.law.hand import correction, quaternion_error, shares, within
+from servoid.servo.keeping.workspace_limits import WorkspaceLimits, walls_of
+from servoid.servo.law.gaze import fixation
+from servoid.servo.law.hand import correction
 from servoid.servo.law.ik import QuadraticJoints
 from servoid.servo.law.joints import (
     HandSetpoint,
@@ -24,7 +32,6 @@ from servoid.servo.law.joints import (
     hand_weights,
     pseudo_inverse,
 )
-from servoid.servo.law.moving import Moving, shifted_and_turned
 from servoid.servo.settings import HandSettings, JointSettings, SafetySettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
@@ -81,7 +88,7 @@ def test_the_hand_is_led_straight_to_its_goal() -> None:
     goal = shifted_and_turned(WORLD_FROM_START, change)
     error = Moving.at_rest(WORLD_FROM_START.inverse() @ goal)
     settings = HandSettings()
-    twist = correction(error, WORLD_FROM_START.matrix(), settings)
+    twist = correction(error, WORLD_FROM_START, settings)
     np.testing.assert_allclose(twist[:3], settings.position_gain * change[:3], atol=1e-12)
     np.testing.assert_allclose(twist[3:], settings.turn_gain * change[3:] / 2, atol=1e-5)
 
@@ -91,14 +98,14 @@ def test_the_rate_gains_damp_the_hands_own_motion() -> None:
     error = Moving.from_twist(WORLD_FROM_START, own).inverse() @ Moving.at_rest(WORLD_FROM_START)
     settings = HandSettings()
     gains = np.repeat([settings.position_rate_gain, settings.turn_rate_gain], 3)
-    twist = correction(error, WORLD_FROM_START.matrix(), settings)
+    twist = correction(error, WORLD_FROM_START, settings)
     np.testing.assert_allclose(twist, -gains * own, atol=1e-12)
 
 
 def test_a_twist_is_shortened_in_its_direction() -> None:
     twist = np.array([3.0, 0.0, 4.0, 0.0, 0.1, 0.0])
-    np.testing.assert_allclose(within(twist, 1.0, 1.0), [0.6, 0, 0.8, 0, 0.1, 0])
-    np.testing.assert_allclose(shares(np.zeros(6), 1.0, 1.0), [1, 1])
+    np.testing.assert_allclose(twist_within(twist, 1.0, 1.0), [0.6, 0, 0.8, 0, 0.1, 0])
+    np.testing.assert_allclose(twist_shares(np.zeros(6), 1.0, 1.0), [1, 1])
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -255,7 +262,7 @@ def test_both_eyes_meet_the_point_that_they_fixate(arm: SerialArm, seed: int) ->
         random.uniform([-0.2, -0.2, 0.3], [0.2, 0.2, 0.8])[None]
     )[0]
     hand = arm.world_from_hand(positions)
-    in_head, _ = seen_from_head(arm.eyes, hand, np.zeros(6), point, np.zeros(3))
+    in_head, _ = seen_from_head(hand, arm.eyes.hand_from_head, np.zeros(6), point, np.zeros(3))
     eyes = arm.eyes
     positions[[eyes.tilt, eyes.pan_left, eyes.pan_right]] = fixation(
         eyes.half_baseline, in_head, np.zeros(3)
@@ -275,10 +282,10 @@ def test_rates_of_the_gaze_are_the_slopes_of_its_angles(arm: SerialArm, seed: in
     def gaze(time_s: float) -> np.ndarray:
         moved = shifted_and_turned(hand, time_s * hand_twist)
         at = point + time_s * velocity
-        seen = seen_from_head(arm.eyes, moved, hand_twist, at, velocity)
+        seen = seen_from_head(moved, arm.eyes.hand_from_head, hand_twist, at, velocity)
         return fixation(arm.eyes.half_baseline, *seen).angles
 
-    seen = seen_from_head(arm.eyes, hand, hand_twist, point, velocity)
+    seen = seen_from_head(hand, arm.eyes.hand_from_head, hand_twist, point, velocity)
     slopes = (gaze(1e-5) - gaze(-1e-5)) / 2e-5
     np.testing.assert_allclose(fixation(arm.eyes.half_baseline, *seen).rates, slopes, atol=1e-6)
 
@@ -295,7 +302,7 @@ def test_a_hand_outside_its_workspace_may_only_come_back(arm: SerialArm) -> None
     jacobian = arm.jacobian(arm.state().positions)[:, :7]
     out = pseudo_inverse(jacobian) @ np.array([0.5, 0.2, -0.5, 0, 0, 0])
     setpoint = JointSetpoint(out, hand_weights(jacobian, 0.3))
-    found = limited(arm, setpoint, walls=limits.rows(jacobian))
+    found = limited(arm, setpoint, walls=walls_of(limits, jacobian))
     twist = jacobian @ found.velocities
     assert twist[0] < 0 < twist[2] and twist[1] == pytest.approx(0.2, abs=1e-3)
     assert found.reasons == {Reason.WORKSPACE}

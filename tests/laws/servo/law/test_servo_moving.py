@@ -3,9 +3,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from servoid._native import Moving, change_between, shifted_and_turned
 from servoid.pose import Pose
 from servoid.servo.law.hand import goal_error
-from servoid.servo.law.moving import Moving, change_between, shifted_and_turned
 
 STEP = 1e-4
 Path = Callable[[float], Pose]

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from servo_loop import WORLD_FROM_OBJECT, WORLD_FROM_START
 
+from servoid._native import change_between, shifted_and_turned
 from servoid.pose import Pose
 from servoid.servo.law import reach
-from servoid.servo.law.moving import change_between, shifted_and_turned
 from servoid.servo.law.reach import reached
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm

@@ -13,6 +13,7 @@ from servo_loop import (
 )
 from tiers import tiered
 
+from servoid._native import shifted_and_turned
 from servoid.pose import Pose
 from servoid.servo import (
     ORDINARY,
@@ -25,7 +26,6 @@ from servoid.servo import (
     main_limit,
 )
 from servoid.servo import Tick as ControlTick
-from servoid.servo.law.moving import shifted_and_turned
 from servoid.servo.law.reach import reached
 from servoid.servo.settings import JointSettings
 from servoid.sim.arm_file import read_arm

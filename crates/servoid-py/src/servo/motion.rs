@@ -1,11 +1,13 @@
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyUntypedArrayMethods,
+    PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use servoid::servo as core;
 
+use super::taking::{read_twist, read_vector};
 use crate::errors::{named, raise};
+use crate::pose::rows;
 
 /// A state and its covariance.
 type StateParts<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
@@ -174,4 +176,79 @@ impl Motion {
     fn settle<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.0.settle().into_pyarray(py)
     }
+}
+
+/// Six rows of a prediction, and two matrices.
+type PredictionParts<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+);
+
+/// Predicts an object by the motions of its position and its rotation, of 3 coordinates each, at a
+/// time after the newest estimate.
+///
+/// Returns translation and rotation from the reference (6,), their rates (6,), the rates of these
+/// (6,), and the covariances (6, 6) of translation and rotation and of their rates, 0 about
+/// unobservable axes. `hidden` (2, 3, 3) is added to the former, and `unobservable` (3, 3)
+/// is the projection
+/// onto the axes about which the rotation is unobservable. Raises ServoError.
+#[pyfunction]
+pub fn predicted_motion<'py>(
+    py: Python<'py>,
+    motions: (PyRef<'py, Motion>, PyRef<'py, Motion>),
+    hidden: PyReadonlyArray3<'py, f64>,
+    unobservable: PyReadonlyArray2<'py, f64>,
+    span_s: f64,
+) -> PyResult<PredictionParts<'py>> {
+    let hidden: Vec<f64> = hidden.as_array().iter().copied().collect();
+    let unobservable: Vec<f64> = unobservable.as_array().iter().copied().collect();
+    let halves = hidden.split_at(hidden.len() / 2);
+    let beside = core::Beside { hidden: [halves.0, halves.1], open: &unobservable };
+    let core::Prediction { change, twist, acceleration, covariance, twist_covariance } =
+        core::predict([&motions.0.0, &motions.1.0], &beside, span_s).map_err(raise)?;
+    Ok((
+        PyArray1::from_slice(py, &change),
+        PyArray1::from_slice(py, &twist),
+        PyArray1::from_slice(py, &acceleration),
+        rows(py, &covariance.numbers, 6),
+        rows(py, &twist_covariance.numbers, 6),
+    ))
+}
+
+/// Returns the twist (6,) of an object after a time, as far as it is certain.
+///
+/// `motion` are its twist (6,), its acceleration (6,) and the covariance (6, 6) of the twist. The two
+/// parts of the twist are shortened if their deviations exceed `sure`, in m/s and rad/s. Raises
+/// ServoError.
+#[pyfunction]
+pub fn certain_twist<'py>(
+    py: Python<'py>,
+    motion: (Bound<'py, PyAny>, Bound<'py, PyAny>, PyReadonlyArray2<'py, f64>),
+    after_s: f64,
+    sure: [f64; 2],
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (twist, acceleration, covariance) = motion;
+    if covariance.shape() != [6, 6] {
+        let shape = covariance.shape();
+        let message = format!("the covariance of a twist must be (6, 6), but has shape {shape:?}");
+        return Err(named("ServoError", message));
+    }
+    let variances = std::array::from_fn(|i| covariance.as_array()[[i, i]]);
+    let (twist, acceleration) = (read_twist(&twist)?, read_twist(&acceleration)?);
+    let twist = core::certain_twist(&twist, &acceleration, after_s, &variances, sure);
+    Ok(PyArray1::from_slice(py, &twist))
+}
+
+/// Returns the standard deviation, in m, of a point fixed to an object, at `lever` (3,) from its
+/// origin in the world.
+///
+/// `covariance` (6, 6) is that of a small translation and rotation of the object in the world.
+/// Raises ServoError.
+#[pyfunction]
+pub fn spread_at(covariance: PyReadonlyArray2<'_, f64>, lever: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let numbers: Vec<f64> = covariance.as_array().iter().copied().collect();
+    core::spread_at(&numbers, read_vector(lever, "a lever")?).map_err(raise)
 }

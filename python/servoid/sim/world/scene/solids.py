@@ -1,7 +1,6 @@
 """The collision shapes of an arm and its room, and the distances between them."""
 
-import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,7 +60,6 @@ class Solids:
         self._data = self._mujoco.MjData(model)
         self._radii = np.array(model.geom_rbound)
         self._bodies: list[int] = model.geom_bodyid.tolist()
-        self._moves = np.zeros((3, model.nv))
         self._flat = np.array(model.geom_type) == self._mujoco.mjtGeom.mjGEOM_PLANE
         self._pairs = np.array(list(self._possible()), np.int64).reshape(-1, 2)
         moved = self._ranks()[model.geom_bodyid] > 0
@@ -84,14 +82,15 @@ class Solids:
         `positions` are those of all N joints.
         """
         self._place(positions)
-        distances, slopes = [], []
+        near: list[tuple[tuple[int, int], float, Floats]] = []
         for one, other in self._pairs[self._near(within)].tolist():
             distance, ends = self._distance(one, other, within)
             if distance < within:
-                distances.append(distance)
-                slopes.append(self._slope((one, other), distance, ends))
-        count = len(self._kinematics.speeds)
-        return Clearances(np.array(distances), np.array(slopes).reshape(-1, count))
+                near.append(((one, other), distance, ends))
+        if not near:
+            return Clearances(np.empty(0), np.empty((0, len(self._kinematics.speeds))))
+        pairs, distances, ends = zip(*near, strict=True)
+        return Clearances(np.array(distances), self._slopes(pairs, distances, np.array(ends)))
 
     def _possible(self) -> Iterable[tuple[int, int]]:
         """Yield the pairs of geoms that could collide."""
@@ -145,16 +144,20 @@ class Solids:
         distance = self._mujoco.mj_geomDistance(self._model, self._data, one, other, within, ends)
         return float(distance), ends.reshape(2, 3)
 
-    def _slope(self, pair: tuple[int, int], distance: float, ends: Floats) -> Floats:
-        """Return the gradient of a distance by the joints, (N,)."""
-        way = ends[1] - ends[0]
-        length = exact.norm(way)
-        if length == 0.0:
-            return np.zeros(len(self._kinematics.speeds))
-        normal = math.copysign(1.0, distance) * way / length
-        slope = np.zeros(self._model.nv)
-        for sign, geom, end in zip((-1.0, 1.0), pair, ends, strict=True):
-            body = self._bodies[geom]
-            self._mujoco.mj_jac(self._model, self._data, self._moves, None, end, body)
-            slope += sign * exact.product(normal, self._moves)
-        return slope[self._kinematics.speeds]
+    def _slopes(
+        self, pairs: Sequence[tuple[int, int]], distances: Sequence[float], ends: Floats
+    ) -> Floats:
+        """Return the gradients (K, N) by the joints of K distances between points, (K, 2, 3)."""
+        moves = np.empty((len(pairs), 2, 3, self._model.nv))
+        for pair, points, by_joints in zip(pairs, ends, moves, strict=True):
+            for geom, point, rows in zip(pair, points, by_joints, strict=True):
+                body = self._bodies[geom]
+                self._mujoco.mj_jac(self._model, self._data, rows, None, point, body)
+        ways = ends[:, 1] - ends[:, 0]
+        lengths = exact.lengths(ways)
+        lengths[lengths == 0.0] = np.inf  # of points in contact, no direction is known
+        normals = np.copysign(1.0, distances)[:, None] * ways / lengths[:, None]
+        # At once for all, with sums in the order of the axes.
+        x, y, z = normals.T[:, :, None, None]
+        speeds = x * moves[:, :, 0] + y * moves[:, :, 1] + z * moves[:, :, 2]
+        return (speeds[:, 1] - speeds[:, 0])[:, self._kinematics.speeds]

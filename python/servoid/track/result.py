@@ -141,16 +141,16 @@ class TrackResult:
     @property
     def notices_on_all(self) -> list[str]:
         """Return what puts all poses in doubt, as notices that go with each of them in files."""
+        first = ["what was found at first is in doubt"] if self.doubts else []
         calibration = ["the calibration is in doubt"] if self.calibration_doubt is not None else []
         rig = ["the poses of the rig are in doubt"] if self.rig_doubt is not None else []
-        return [*calibration, *rig]
+        return [*first, *calibration, *rig]
 
     @property
     def reasons(self) -> list[str]:
         """Return what speaks against the tracking: doubts, and observations not tracked."""
         away = len(self) - self.tracked_count
-        reasons = ["what was found at first is in doubt"] if self.doubts else []
-        reasons.extend(self.notices_on_all)
+        reasons = self.notices_on_all
         if away:
             reasons.append(f"not tracked in {away} of {counted(len(self), 'observation')}")
         if self.verdict == "unknown":

@@ -16,9 +16,10 @@ from servoid.capture.capture_file import (
     read_poses,
     read_versioned,
 )
+from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.config import check_held, check_inside, path_of
 from servoid.errors import CaptureError
-from servoid.words import counted
+from servoid.words import counted, joined
 
 _MOST_NAMED = 3  # files of no image, in a note
 _Found = dict[str, list[Path]]  # masks and depth images, by kind
@@ -54,7 +55,7 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
         times_s,
         rate_hz=file.rate_hz,
         metric=file.metric,
-        notes=tuple(_lone_notes(listed)),
+        notes=(*_order_notes(cameras), *_lone_notes(listed)),
     )
 
 
@@ -125,8 +126,9 @@ def _list_camera(
 
 
 def _list_pictures(toml: Path, pattern: str, place: str) -> tuple[Picture, ...]:
-    paths = _matches(toml, pattern, place)
+    paths = _matches(toml, pattern, place, "images/*.jpg")
     if Path(pattern).suffix.lower() not in VIDEO_SUFFIXES:
+        check_pictured_once(paths, place)
         return tuple(Picture(path) for path in paths)
     if len(paths) > 1:
         raise CaptureError(
@@ -183,6 +185,20 @@ def _check_names(pictures: tuple[Picture, ...], found: dict[str, Path], place: s
         )
 
 
+def _order_notes(cameras: Sequence[CaptureCamera]) -> Iterator[str]:
+    """Report cameras whose images are in another order than the numbers in their names."""
+    listed = {
+        camera.name: [one.path for one in camera.pictures if one is not None and one.index is None]
+        for camera in cameras
+    }
+    concerned = [name for name, paths in listed.items() if order_note(paths, name) is not None]
+    if concerned:
+        cameras_named = joined([f"'{name}'" for name in concerned])
+        plural = "" if len(concerned) == 1 else "s"
+        note = order_note(listed[concerned[0]], f"the images of camera{plural} {cameras_named}")
+        yield str(note)
+
+
 def _lone_notes(listed: Sequence[tuple[CaptureCamera, _Found]]) -> Iterator[str]:
     """Report the files that belong to no image of any camera, and are not used."""
     used = {path for camera, _ in listed for path in (*camera.mask_paths, *camera.depth_paths)}
@@ -207,7 +223,7 @@ def _list_masks(toml: Path, pattern: str, place: str) -> dict[str, Path]:
         raise CaptureError(
             f"{place}: '{pattern}' does not end in .png; save masks as PNG, which keeps every pixel"
         )
-    return _by_stem(_matches(toml, pattern, place), place)
+    return _by_stem(_matches(toml, pattern, place, "masks/*.png"), place)
 
 
 def _list_depths(toml: Path, pattern: str, place: str) -> dict[str, Path]:
@@ -217,7 +233,7 @@ def _list_depths(toml: Path, pattern: str, place: str) -> dict[str, Path]:
             f"{place}: '{pattern}' ends in none of {', '.join(_DEPTH_SUFFIXES)}; save depth as "
             "16-bit PNG, 16-bit or float32 TIFF, or .npy"
         )
-    return _by_stem(_matches(toml, pattern, place), place)
+    return _by_stem(_matches(toml, pattern, place, "depths/*.png"), place)
 
 
 def _by_stem(paths: list[Path], place: str) -> dict[str, Path]:
@@ -231,8 +247,11 @@ def _by_stem(paths: list[Path], place: str) -> dict[str, Path]:
     return found
 
 
-def _matches(toml: Path, pattern: str, place: str) -> list[Path]:
-    """List what a pattern matches in the capture's folder, sorted by name; at least one file."""
+def _matches(toml: Path, pattern: str, place: str, example: str) -> list[Path]:
+    """List what a pattern matches in the capture's folder, sorted by name; at least one file.
+
+    `example` is a pattern that is allowed there, for the message where nothing matches.
+    """
     check_inside(pattern, place)
     # Path.glob would also match hidden files, such as those that macOS leaves beside each image.
     names = sorted(glob.glob(pattern, root_dir=toml.parent))  # noqa: PTH207
@@ -245,7 +264,7 @@ def _matches(toml: Path, pattern: str, place: str) -> list[Path]:
             )
         raise CaptureError(
             f"{place}: '{pattern}' matches no file in {toml.parent}; correct the pattern, such as "
-            "'images/*.jpg'"
+            f"'{example}'"
         )
     paths = [toml.parent / name for name in names]
     check_held(paths, toml.parent, place)

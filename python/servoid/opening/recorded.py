@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 from servoid._native import Pose
 from servoid.brief import brief
 from servoid.camera import Picture, VideoFacts, describe_video, read_exif, read_image_size, shrink
-from servoid.capture import Capture, CaptureCamera, MountedLens, count_uncalibrated, open_capture
+from servoid.capture import (
+    Capture,
+    CaptureCamera,
+    MountedLens,
+    check_pictured_once,
+    count_uncalibrated,
+    open_capture,
+    order_note,
+)
 from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import CaptureError, ImageError
 from servoid.exchange import holds_capture_file, open_any, open_bag
@@ -247,10 +255,12 @@ def _times_s(facts: VideoFacts, count: int) -> tuple[float, ...] | None:
 
 
 def _open_images(word: SourceWord, known: GivenCalibration) -> Opened:
+    check_pictured_once(word.places, word.text)
+    note = order_note(word.places, f"the images of {word}")
     pictures = [Picture(path, upright=known.calibration is None) for path in word.places]
     exif = read_exif(read_bytes(word.place, ImageError, IMAGE_FILE))
     size_px = _shown(read_image_size(word.place), exif.is_on_side, known)
-    return _capture(word, known, [pictures], [size_px], None, ())
+    return _capture(word, known, [pictures], [size_px], None, () if note is None else (note,))
 
 
 def _capture(

@@ -264,10 +264,21 @@ def test_yourdfpy_loads_the_surface_the_pieces_and_the_inertia(
 
 
 def test_a_urdf_names_its_meshes_relative_to_itself(tmp_path: Path) -> None:
-    path = write(random_body(0, 2), tmp_path / "a b.urdf", "urdf")
+    path = write(random_body(0, 2), tmp_path / "a_b.urdf", "urdf")
     names = {mesh.attrib["filename"] for mesh in ElementTree.parse(path).iter("mesh")}
     assert names == {"a_b_visual.obj", "a_b_unit_ball.obj"}
-    assert {one.name for one in tmp_path.iterdir()} == {"a b.urdf", "a_b_visual.mtl", *names}
+    assert {one.name for one in tmp_path.iterdir()} == {"a_b.urdf", "a_b_visual.mtl", *names}
+
+
+@pytest.mark.parametrize("name", ["urdf", "obj"])
+def test_files_beside_exports_of_other_names_have_other_names(tmp_path: Path, name: str) -> None:
+    stems = ["杯", "瓶", "a b", "a_b", "a-b", "a+b", "1", "_1", "body_1", "body"]
+    each = [
+        len(export_body(random_body(0, 1), tmp_path / f"{stem}.{name}", name, detail=1).files)
+        for stem in stems
+    ]
+    assert len(list(tmp_path.iterdir())) == sum(each)
+    assert all(path.name.isascii() for path in tmp_path.iterdir() if path.suffix == ".mtl")
 
 
 @few

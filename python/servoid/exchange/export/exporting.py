@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 from servoid._native import Pose
 from servoid.errors import ExportError
-from servoid.exchange.export.formats import FORMATS, NAME, plain_stem
+from servoid.exchange.export.formats import FORMATS, NAME, plain_stem, stem_beside
 from servoid.exchange.export.solid import solid_of
 from servoid.exchange.export.surface import DEFAULT_DETAIL, MOST_DETAIL, check_libraries
 from servoid.output import check_file, write_together
@@ -107,7 +107,7 @@ def check_export(path: Path, format: str) -> None:  # noqa: A002
         check_libraries()
     check_file(path)
     for addition in chosen.beside:
-        check_file(path.parent / (plain_stem(path.stem) + addition))
+        check_file(path.parent / (stem_beside(path.stem) + addition))
 
 
 def density_note(density_kg_m3: float) -> str | None:

@@ -1,6 +1,8 @@
 """The export formats: the files of each, and how they are made."""
 
+import hashlib
 import re
+import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,6 +40,19 @@ def plain_stem(stem: str) -> str:
     return stem if NAME.fullmatch(stem) else f"body_{stem}".rstrip("_")
 
 
+def stem_beside(stem: str) -> str:
+    """Return how the names of files beside an exported one begin, from the stem of that.
+
+    Where `plain_stem` replaces anything, eight digits of a digest of the original keep apart what
+    would have the same name, such as files in a script without Latin letters.
+    """
+    plain = plain_stem(stem)
+    if plain == stem:
+        return stem
+    original = unicodedata.normalize("NFC", stem).encode(errors="surrogateescape")
+    return f"{plain}_{hashlib.sha256(original).hexdigest()[:8]}"
+
+
 def _surface(solid: Solid, detail: int) -> tuple[Solid, Surface]:
     moved = solid.moved()
     return moved, union_surface(moved.pieces, detail)
@@ -45,7 +60,7 @@ def _surface(solid: Solid, detail: int) -> tuple[Solid, Surface]:
 
 def _make_obj(solid: Solid, path: Path, detail: int) -> Files:
     solid, surface = _surface(solid, detail)
-    materials = plain_stem(path.stem) + ".mtl"
+    materials = stem_beside(path.stem) + ".mtl"
     return {
         path.name: obj_text(surface, solid.pieces, solid.name, materials),
         materials: mtl_text(solid.pieces),
@@ -64,7 +79,7 @@ def _make_glb(solid: Solid, path: Path, detail: int) -> Files:
 
 def _make_urdf(solid: Solid, path: Path, detail: int) -> Files:
     solid, surface = _surface(solid, detail)
-    mesh, materials, unit = (plain_stem(path.stem) + end for end in FORMATS["urdf"].beside)
+    mesh, materials, unit = (stem_beside(path.stem) + end for end in FORMATS["urdf"].beside)
     vertices, faces = ball(_BALL_DETAIL)
     round_ball = Surface(vertices, faces, faces[:, 0] * 0)
     return {

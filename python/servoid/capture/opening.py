@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from servoid._native import Pose
-from servoid.camera import VIDEO_SUFFIXES, Picture, count_video_images
+from servoid.camera import VIDEO_SUFFIXES, Picture, count_video_images, describe_video
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.capture.capture_file import (
     CalibrationSupplier,
@@ -17,6 +17,7 @@ from servoid.capture.capture_file import (
     read_versioned,
 )
 from servoid.capture.name_order import check_pictured_once, order_note
+from servoid.capture.recorded_times import times_notes, video_rate_note
 from servoid.config import check_held, check_inside, path_of
 from servoid.errors import CaptureError
 from servoid.words import counted, joined
@@ -48,6 +49,7 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
     for camera in cameras[1:]:
         _check_pairs(toml, cameras[0], camera)
     times_s, poses = _read_motion(toml, file, count)
+    timing = _timing_notes(toml, file, cameras, times_s)
     return Capture(
         toml,
         cameras,
@@ -55,7 +57,7 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
         times_s,
         rate_hz=file.rate_hz,
         metric=file.metric,
-        notes=(*_order_notes(cameras), *_lone_notes(listed)),
+        notes=(*_order_notes(cameras), *timing, *_lone_notes(listed)),
     )
 
 
@@ -97,6 +99,23 @@ def _read_motion(
             "line an observation"
         )
     return tuple(times_s), tuple(poses)
+
+
+def _timing_notes(
+    toml: Path,
+    file: CaptureFile,
+    cameras: Sequence[CaptureCamera],
+    times_s: Sequence[float] | None,
+) -> Iterator[str]:
+    """Report times of poses, or of videos, that contradict the rate of the capture."""
+    if file.rig.poses is not None:
+        yield from times_notes(toml.parent / file.rig.poses, times_s or (), file.rate_hz)
+    elif file.rate_hz is not None:
+        videos = [one for camera in cameras if (one := camera.pictures[0]) and one.index == 0]
+        notes = [
+            video_rate_note(one.path, describe_video(one.path), file.rate_hz) for one in videos
+        ]
+        yield from [note for note in notes if note is not None][:1]  # those of a pair are alike
 
 
 def _list_camera(

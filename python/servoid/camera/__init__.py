@@ -3,6 +3,7 @@
 from servoid._native import Camera, Lens
 from servoid.camera.depth import StoredDepth, read_depth, to_metres
 from servoid.camera.exif import Exif, read_exif
+from servoid.camera.grey_mask import grey_note, grey_share
 from servoid.camera.image_size import JPEG, PNG, read_image_size, size_in_header
 from servoid.camera.images import (
     Recorded,

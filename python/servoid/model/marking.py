@@ -7,6 +7,7 @@ from servoid.capture import Capture, CaptureView, shrunk
 from servoid.errors import TargetError
 from servoid.model.border_agreement import border_notes
 from servoid.model.finding import find_in_view
+from servoid.model.grey_masks import grey_mask_notes
 from servoid.segment import HueTarget, MaskTarget, Target, undoubted
 from servoid.words import counted
 
@@ -73,6 +74,7 @@ def mark(
     small, note = shrunk(kept)
     found = tuple(view for view in small if view.name in marked)
     if not trusted and all(isinstance(target, MaskTarget) for target in targets):
+        doubts.extend(grey_mask_notes(list(marked.values())))
         doubts.extend(border_notes(found))  # other targets were looked for in the images
     replaced = sum(view.has_mask for view in views) if targets else 0
     return Marked(

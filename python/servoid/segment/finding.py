@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from servoid.brief import brief
-from servoid.camera import gaussian, read_image, read_mask
+from servoid.camera import gaussian, grey_note, grey_share, read_image, read_mask
 from servoid.config import exists, missing
 from servoid.errors import DoubtError, ImageError, MaskError, ServoidError, TargetError, located
 from servoid.segment.answers import CLEAR, HAND_PX, STEADY, Answers
@@ -143,7 +143,9 @@ def _find(target: Target, image: Image, depth: Depth | None) -> Found:
     match target:
         case MaskTarget(path=path):
             _check_there(path, MaskError, "an image that is zero on all but the object")
-            return _drawn(read_mask(path, size_px))
+            note = grey_note(grey_share(path))
+            notes = () if note is None else (note,)
+            return replace(_drawn(read_mask(path, size_px)), notes=notes)
         case BackgroundTarget(path=path):
             _check_there(path, ImageError, "an image of the scene without the object")
             return _alone(changed_part(image, read_image(path, size_px)))

@@ -1,6 +1,7 @@
 """Cameras and images: lenses, undistorted pinhole cameras, images, masks and depth images."""
 
 from servoid._native import Camera, Lens
+from servoid.camera.bit_depth import WHOLE_BITS, dark_words, likely_bits, narrowed
 from servoid.camera.depth import StoredDepth, read_depth, to_metres
 from servoid.camera.exif import Exif, read_exif
 from servoid.camera.grey_mask import grey_note, grey_share
@@ -9,6 +10,7 @@ from servoid.camera.images import (
     Recorded,
     check_size,
     decode_bytes,
+    largest_value,
     read_image,
     read_mask,
     read_upright,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera
+from servoid.camera.bit_depth import WHOLE_BITS, narrowed
 from servoid.camera.image_size import JPEG, PNG, read_image_size, size_in_header
 from servoid.camera.jpeg_scan import is_scan_damaged
 from servoid.camera.label_image import labels_in
@@ -17,6 +18,8 @@ from servoid.errors import ImageError, MaskError
 if TYPE_CHECKING:
     import cv2
 
+_PNG_BIT_DEPTH = 24  # offset in the file
+_OTHER_DEEP = (b"II*\0", b"MM\0*", b"P5", b"P6")  # TIFF, PGM and PPM, whose values may have 16 bits
 _PNG_AROUND = 12  # the length, type and checksum of a chunk
 _JPEG_START_OF_SCAN = 0xDA
 _WITH_ALPHA = 4  # channels
@@ -34,9 +37,16 @@ class Recorded:
 
 
 def read_image(
-    path: Path, size_px: tuple[int, int], by: int = 1, *, upright: bool = False
+    path: Path,
+    size_px: tuple[int, int],
+    by: int = 1,
+    *,
+    upright: bool = False,
+    bits: int = WHOLE_BITS,
 ) -> NDArray[np.uint8]:
     """Read an image of (width, height) pixels as (H, W, 3) uint8 RGB, shrunk `by` a factor.
+
+    Of 16-bit values, which may have fewer `bits`, the upper 8 of these are used.
 
     The file's EXIF orientation is applied if `upright` is set, or if only the rotated image has
     that size: the camera was then calibrated with rotated images.
@@ -49,8 +59,29 @@ def read_image(
 
     as_stored = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
     flags = cv2.IMREAD_COLOR if upright else as_stored
-    pixels = decode(path, flags, size_px, ImageError, by)
+    pixels = decode(path, flags, size_px, ImageError, by, bits=bits)
     return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB), dtype=np.uint8)
+
+
+def largest_value(path: Path) -> int | None:
+    """Return the largest colour value of an image file with 16 bits; None if it has others.
+
+    Raises:
+        ImageError: the file is missing, cut short or not an image.
+
+    """
+    import cv2
+
+    data = read_bytes(path, ImageError, IMAGE_FILE)
+    if not data:
+        raise ImageError(f"{path} is empty; replace the file")
+    is_deep_png = data.startswith(PNG) and data[_PNG_BIT_DEPTH : _PNG_BIT_DEPTH + 1] == b"\x10"
+    if not (is_deep_png or data.startswith(_OTHER_DEEP)):
+        return None
+    pixels = np.asarray(decode_bytes(data, str(path), cv2.IMREAD_UNCHANGED, None, ImageError))
+    if pixels.dtype != np.uint16:
+        return None
+    return int(pixels.max() if pixels.ndim == 2 else pixels[..., :3].max())
 
 
 def read_upright(path: Path) -> NDArray[np.uint8]:
@@ -143,13 +174,17 @@ def decode(
     size_px: tuple[int, int] | None,
     error: type[ImageError] | type[MaskError],
     by: int = 1,
+    *,
+    bits: int = WHOLE_BITS,
 ) -> "cv2.typing.MatLike":
     """Decode an image file of (width, height) pixels with OpenCV's `flags`, or raise `error`.
 
     Without `size_px` any size is accepted. The image is shrunk `by` a power of two. The EXIF
-    orientation is applied where only the rotated image has that size.
+    orientation is applied where only the rotated image has that size. Of 16-bit colours with fewer
+    `bits`, the upper 8 of these are used.
     """
-    return decode_bytes(read_bytes(path, error, IMAGE_FILE), str(path), flags, size_px, error, by)
+    data = read_bytes(path, error, IMAGE_FILE)
+    return decode_bytes(data, str(path), flags, size_px, error, by, bits=bits)
 
 
 def decode_bytes(
@@ -159,6 +194,8 @@ def decode_bytes(
     size_px: tuple[int, int] | None,
     error: type[ImageError] | type[MaskError],
     by: int = 1,
+    *,
+    bits: int = WHOLE_BITS,
 ) -> "cv2.typing.MatLike":
     """Decode the bytes of an image file as `decode` does; messages name it `place`."""
     import cv2
@@ -185,11 +222,14 @@ def decode_bytes(
     try:
         # A JPEG can be decoded at a half, a quarter or an eighth, which is much faster.
         reduced = min(by, _MOST_REDUCED) if size is not None and data.startswith(JPEG) else 1
-        pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags | _reduction(reduced))
+        flags |= _reduction(reduced) | (cv2.IMREAD_ANYDEPTH if bits < WHOLE_BITS else 0)
+        pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags)
     except cv2.error as reason:
         raise error(f"{place} cannot be decoded as an image: {reason.err}") from reason
     if pixels is None:
         raise error(f"{place} cannot be decoded: it is no image or it is damaged; replace the file")
+    if bits < WHOLE_BITS and pixels.dtype == np.uint16:
+        pixels = narrowed(np.asarray(pixels, np.uint16), bits)
     height, width = pixels.shape[:2]
     if size_px is None:
         return shrink(pixels, by)

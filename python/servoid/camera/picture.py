@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera.images import read_image
+from servoid.camera.bit_depth import WHOLE_BITS
+from servoid.camera.images import largest_value, read_image
 from servoid.camera.video import read_video_image
 
 
@@ -16,12 +17,14 @@ class Picture:
 
     `label` names the image where the file name does not identify it. With `upright` the orientation
     that the file states is applied; without, only where no other orientation has the camera's size.
+    `bits` is how many of 16 bits the values of a 16-bit image have.
     """
 
     path: Path
     index: int | None = None
     label: str | None = None
     upright: bool = False
+    bits: int = WHOLE_BITS
 
     @property
     def stem(self) -> str:
@@ -48,5 +51,14 @@ class Picture:
 
         """
         if self.index is None:
-            return read_image(self.path, size_px, by, upright=self.upright)
+            return read_image(self.path, size_px, by, upright=self.upright, bits=self.bits)
         return read_video_image(self.path, self.index, size_px, by, upright=self.upright)
+
+    def largest_value(self) -> int | None:
+        """Read the image and return its largest value if it has 16 bits; None if it has others.
+
+        Raises:
+            ImageError: the file is missing or damaged.
+
+        """
+        return None if self.index is not None else largest_value(self.path)

@@ -16,6 +16,7 @@ from servoid.capture.capture_file import (
     read_poses,
     read_versioned,
 )
+from servoid.capture.deep_images import with_bits
 from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.capture.recorded_times import times_notes, video_rate_note
 from servoid.config import check_held, check_inside, path_of
@@ -30,7 +31,8 @@ _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = None) -> Capture:
     """Open a capture: a folder with a `capture.toml`, or that file itself.
 
-    Images are listed, not read; each is checked when a view reads it. A video is decoded once, to
+    Images are listed, not read, but for a few if they have 16 bits; each is checked when a view
+    reads it. A video is decoded once, to
     count its images. `supplier` returns the calibration for a capture that has none.
 
     Raises:
@@ -50,7 +52,7 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
         _check_pairs(toml, cameras[0], camera)
     times_s, poses = _read_motion(toml, file, count)
     timing = _timing_notes(toml, file, cameras, times_s)
-    return Capture(
+    capture = Capture(
         toml,
         cameras,
         poses,
@@ -59,6 +61,7 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
         metric=file.metric,
         notes=(*_order_notes(cameras), *timing, *_lone_notes(listed)),
     )
+    return with_bits(capture)
 
 
 def count_uncalibrated(path: str | Path) -> int:

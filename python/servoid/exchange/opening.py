@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from servoid.capture import Capture, open_capture
+from servoid.capture import Capture, open_capture, with_bits
 from servoid.config import is_file, is_folder
 from servoid.errors import CaptureError
 from servoid.exchange.bags import is_bag, open_bag
@@ -46,11 +46,11 @@ def open_any(
     folder = path if is_folder(path) else path.parent
     if kind == "bag":
         return open_bag(path, topics, world=world)
+    if kind == "capture":
+        return open_capture(path)
     if kind == "colmap":
-        return open_colmap(folder, images)
-    if kind == "bop":
-        return open_bop(folder, bop_object)
-    return open_nerfstudio(path) if kind == "nerfstudio" else open_capture(path)
+        return with_bits(open_colmap(folder, images))
+    return with_bits(open_bop(folder, bop_object) if kind == "bop" else open_nerfstudio(path))
 
 
 def is_capture(path: Path) -> bool:

@@ -20,6 +20,7 @@ from servoid.capture import (
     count_uncalibrated,
     open_capture,
     order_note,
+    with_bits,
 )
 from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import CaptureError, ImageError
@@ -309,7 +310,7 @@ def _capture(
         times_s=times_s,
         rate_hz=rate_hz,
     )
-    return Opened(capture, (*rig.notes, *notes), rig.is_made_up)
+    return Opened(with_bits(capture), (*rig.notes, *notes), rig.is_made_up)
 
 
 def _rate_hz(times_s: tuple[float, ...] | None) -> float | None:

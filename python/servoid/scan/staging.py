@@ -8,7 +8,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera import Exif, read_exif, read_image, read_image_size
+from servoid.camera import (
+    WHOLE_BITS,
+    Exif,
+    dark_words,
+    largest_value,
+    likely_bits,
+    read_exif,
+    read_image,
+    read_image_size,
+)
 from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import ImageError, OutputError
 from servoid.scan.footage import Footage
@@ -57,7 +66,8 @@ def stage(
     side, all stay as stored: a camera has one calibration.
 
     Raises:
-        ImageError: a file is damaged, or the images differ in size.
+        ImageError: a file is damaged, the images differ in size, or they are nearly black as their
+            values have fewer bits than their files.
 
     """
     chosen = list(names)
@@ -68,6 +78,7 @@ def stage(
     upright = len({one.upright_px for one in photos.values()}) == 1
     sizes = {n: one.upright_px if upright else one.stored_px for n, one in photos.items()}
     size = _one_size(footage.path, sizes)
+    _check_bright([one.file for one in photos.values()])
     files = []
     for done, (name, photo) in enumerate(photos.items(), 1):
         files.append(_stage_photo(folder, name, photo, size))
@@ -97,6 +108,19 @@ def _stage_film(
         size = (image.shape[1], image.shape[0])
         report(len(files) / len(chosen))
     return Staged(folder, tuple(files), size, None)
+
+
+def _check_bright(files: Iterable[Path]) -> None:
+    """Check that photographs of 16 bits do not use the lower ones only."""
+    most, brightest = 0, None
+    for file in files:
+        largest = largest_value(file)
+        if largest is None or likely_bits(largest) == WHOLE_BITS:
+            return
+        if largest >= most:
+            most, brightest = largest, file
+    if brightest is not None and most > 0:
+        raise ImageError(f"{brightest}: {dark_words(most)}")
 
 
 def _stage_photo(folder: Path, name: str, photo: _Photo, size: Size) -> str:

@@ -7,7 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Camera, Pose
-from servoid.camera import IdealCamera, Picture
+from servoid.camera import (
+    WHOLE_BITS,
+    IdealCamera,
+    Picture,
+    dark_words,
+    likely_bits,
+    narrowed,
+)
 from servoid.capture import Capture, CaptureCamera, Observation
 from servoid.errors import ImageError
 from servoid.rates import ASSUMED_HZ
@@ -62,8 +69,9 @@ def poses_of(capture: Capture, observation: Observation) -> tuple[Pose, ...]:
 def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | None]:
     """Convert an image of any depth to uint8; also return what was wrong with it, or None.
 
-    `image` is (H, W) or (H, W, C): uint8 unchanged, uint16 by its upper byte, bool as black and
-    white, floats from 0 to 1, or from 0 to 255 if any is above 1. Unknown pixels, NaN or infinite,
+    `image` is (H, W) or (H, W, C): uint8 unchanged, uint16 by its upper byte, with a notice where
+    that leaves it nearly black, bool as black and white, floats from 0 to 1, or from 0 to 255 if
+    any is above 1. Unknown pixels, NaN or infinite,
     become black; if there are more of them than others, the result is None. A channel axis of
     length one is removed, and of four channels the last, alpha, is dropped.
     """
@@ -83,7 +91,9 @@ def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | Non
         pixels = np.where(known, pixels, 0.0)
         pixels = np.rint(np.clip(pixels * (255.0 if pixels.max() <= 1.0 else 1.0), 0.0, 255.0))
     elif pixels.dtype == np.uint16:
-        pixels = pixels >> 8
+        largest = int(pixels.max())
+        notice = dark_words(largest) if largest > 0 and likely_bits(largest) < WHOLE_BITS else None
+        pixels = narrowed(pixels)
     elif pixels.dtype == np.bool_:
         pixels = pixels * np.uint8(255)
     elif pixels.dtype != np.uint8:

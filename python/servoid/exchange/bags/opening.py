@@ -1,13 +1,12 @@
 """Opens a bag as a capture: combines topics, timestamps, calibrations and transforms."""
 
-from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from servoid.capture import Capture, CaptureCamera
+from servoid.capture import Capture, CaptureCamera, with_bits
 from servoid.config import MOST_CAMERAS
 from servoid.errors import CaptureError
 from servoid.exchange.bags.geometry.calibration import (
@@ -18,9 +17,12 @@ from servoid.exchange.bags.geometry.calibration import (
 )
 from servoid.exchange.bags.geometry.pairing import (
     APART_S,
+    DEPTH_APART_NS,
     Moment,
     absence,
     allowed_ns,
+    late_depth_note,
+    nearest,
     pair,
     pairing_notes,
 )
@@ -32,8 +34,6 @@ from servoid.exchange.bags.stored.header import NS_PER_S
 from servoid.exchange.bags.stored.pictures import BagDepth, BagPicture
 from servoid.exchange.bags.stored.reader import Bag, open_files
 from servoid.pose import Pose
-
-_DEPTH_APART_NS = NS_PER_S // 100  # between an image and its registered depth image
 
 
 def open_bag(
@@ -103,7 +103,7 @@ def open_bag(
         )
     lost = len(moments) - len(known)
     kept = [moment for moment, _ in known]
-    return Capture(
+    capture = Capture(
         path=bag.path,
         cameras=tuple(
             track.camera(bag.path, pose, kept, index, most_ns)
@@ -116,10 +116,12 @@ def open_bag(
             *chosen.notes,
             *content.notes,
             *pairing_notes(names, stamps, moments),
+            *(note for track in tracks if (note := track.depth_note()) is not None),
             *placing.notes,
             *([lost_note(lost, len(moments))] if lost else []),
         ),
     )
+    return with_bits(capture)
 
 
 def why_uncalibrated(path: str | Path, topics: Sequence[str] = ()) -> tuple[str, ...]:
@@ -178,6 +180,7 @@ class _Track:
         Images of one instant are at most `most_ns` apart.
         """
         stamps = [shot.stamp_ns for shot in self.shots]
+        depths_ns = [shot.stamp_ns for shot in self.depths]
         places = [moment.places[index] for moment in moments]
         shots = [None if place is None else self.shots[place] for place in places]
         pictures = (
@@ -190,7 +193,7 @@ class _Track:
             rig_from_camera=rig_from_camera,
             pictures=tuple(pictures),
             mask_paths=(None,) * len(moments),
-            depth_paths=tuple(self._depth(path, shot) for shot in shots),
+            depth_paths=tuple(self._depth(path, shot, depths_ns) for shot in shots),
             depth_scale_m=1.0 if self.depths else None,
             absences=tuple(
                 absence(moment.stamp_ns, stamps, most_ns) if shot is None else None
@@ -198,16 +201,19 @@ class _Track:
             ),
         )
 
-    def _depth(self, path: Path, shot: Shot | None) -> BagDepth | None:
+    def depth_note(self) -> str | None:
+        """Report depth images of which none was taken with an image; None if some were."""
+        depths_ns = [shot.stamp_ns for shot in self.depths]
+        return late_depth_note(self.name, [shot.stamp_ns for shot in self.shots], depths_ns)
+
+    def _depth(self, path: Path, shot: Shot | None, depths_ns: Sequence[int]) -> BagDepth | None:
         """Return the depth image that was taken with an image."""
-        if shot is None:
+        place = None if shot is None else nearest(depths_ns, shot.stamp_ns)
+        if shot is None or place is None:
             return None
-        after = bisect_left(self.depths, shot.stamp_ns, key=lambda one: one.stamp_ns)
-        near = self.depths[max(0, after - 1) : after + 1]
-        best = min(near, key=lambda one: abs(one.stamp_ns - shot.stamp_ns), default=None)
-        if best is None or abs(best.stamp_ns - shot.stamp_ns) > _DEPTH_APART_NS:
+        if abs(depths_ns[place] - shot.stamp_ns) > DEPTH_APART_NS:
             return None
-        return BagDepth(path, best.at)
+        return BagDepth(path, self.depths[place].at)
 
 
 def _seat(bag: Bag, image: ImageTopic, content: Content) -> Seat:

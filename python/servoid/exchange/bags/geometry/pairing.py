@@ -12,6 +12,9 @@ from servoid.words import counted, measured
 APART_S = 0.025
 """Maximum seconds between images of one observation; less at higher image rates."""
 
+DEPTH_APART_NS = NS_PER_S // 100
+"""Maximum nanoseconds between an image and its registered depth image."""
+
 _REPORTED_NS = NS_PER_S // 1000
 _MS_PER_NS = 1e-6
 
@@ -89,16 +92,48 @@ def absence(stamp_ns: int, stamps_ns: Sequence[int], most_ns: int) -> str | None
 
     `stamps_ns` increase; images of one observation are at most `most_ns` apart. None without any.
     """
-    after = bisect_left(stamps_ns, stamp_ns)
-    near = stamps_ns[max(0, after - 1) : after + 1]
-    if not near:
+    place = nearest(stamps_ns, stamp_ns)
+    if place is None:
         return None
-    nearest = min(near, key=lambda one: abs(one - stamp_ns))
-    off, most = (_MS_PER_NS * one for one in (abs(nearest - stamp_ns), most_ns))
+    there_ns = stamps_ns[place]
+    off, most = (_MS_PER_NS * one for one in (abs(there_ns - stamp_ns), most_ns))
     return (
-        f"the nearest was taken {measured(off)} ms {'before' if nearest < stamp_ns else 'after'} "
+        f"the nearest was taken {measured(off)} ms {'before' if there_ns < stamp_ns else 'after'} "
         f"it by their time stamps, and images of one observation are at most {measured(most)} ms "
         "apart; if none was lost, synchronise the cameras: let one clock stamp both"
+    )
+
+
+def nearest(stamps_ns: Sequence[int], stamp_ns: int) -> int | None:
+    """Return the place of the stamp that is nearest to another one; None without any.
+
+    `stamps_ns` increase.
+    """
+    after = bisect_left(stamps_ns, stamp_ns)
+    near = range(max(0, after - 1), min(after + 1, len(stamps_ns)))
+    return min(near, key=lambda place: abs(stamps_ns[place] - stamp_ns), default=None)
+
+
+def late_depth_note(name: str, stamps_ns: Sequence[int], depths_ns: Sequence[int]) -> str | None:
+    """Report depth images of which none was taken with an image of the camera `name`.
+
+    Both kinds of stamps increase. None without any, or if some were taken with images.
+    """
+    places = [nearest(depths_ns, stamp) for stamp in stamps_ns]
+    off = [
+        depths_ns[place] - stamp
+        for place, stamp in zip(places, stamps_ns, strict=True)
+        if place is not None
+    ]
+    if not off or min(map(abs, off)) <= DEPTH_APART_NS:
+        return None
+    usual = float(np.median(off))
+    return (
+        f"no depth image is within {_MS_PER_NS * DEPTH_APART_NS:.0f} ms of an image of {name} by "
+        f"their time stamps, so none is used: the nearest is "
+        f"{measured(_MS_PER_NS * min(map(abs, off)))} ms off, and the usual one "
+        f"{measured(_MS_PER_NS * abs(usual))} ms {'before' if usual < 0.0 else 'after'} its image; "
+        "let the camera stamp both alike"
     )
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from servoid.camera import Picture, to_metres
 from servoid.errors import CaptureError, ImageError
 from servoid.exchange.bags.stored.header import NS_PER_S
-from servoid.exchange.bags.stored.pixels import colors_of, depth_of
+from servoid.exchange.bags.stored.pixels import colors_of, depth_of, largest_color
 from servoid.exchange.bags.stored.reader import Message, Stored, open_files
 
 
@@ -29,7 +29,23 @@ class BagPicture(Picture):
         place = name_of(self.path, self.at)
         try:
             return open_files(self.path).decode(
-                self.message(), lambda image: colors_of(image, size_px, place, by)
+                self.message(),
+                lambda image: colors_of(image, size_px, place, by, bits=self.bits),
+            )
+        except CaptureError as error:
+            raise ImageError(str(error)) from error
+
+    def largest_value(self) -> int | None:
+        """Read the image and return its largest value if it has 16 bits; None if it has others.
+
+        Raises:
+            ImageError: the bag is damaged.
+
+        """
+        place = name_of(self.path, self.at)
+        try:
+            return open_files(self.path).decode(
+                self.message(), lambda image: largest_color(image, place)
             )
         except CaptureError as error:
             raise ImageError(str(error)) from error

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera import check_size, decode_bytes, shrink, size_in_header
+from servoid.camera import WHOLE_BITS, check_size, decode_bytes, narrowed, shrink, size_in_header
 from servoid.errors import ImageError
 
 if TYPE_CHECKING:
@@ -78,10 +78,26 @@ def size_of(image: Any, topic: str) -> tuple[int, int] | None:
     return size_in_header(bytes(image.data[skipped:]))
 
 
-def colors_of(image: Any, size_px: tuple[int, int], place: str, by: int = 1) -> NDArray[np.uint8]:
+def largest_color(image: Any, place: str) -> int | None:
+    """Return the largest value of an image, decoded to a message, with 16 bits; None if of others.
+
+    Raises:
+        ImageError: the data are damaged; `place` begins the message.
+
+    """
+    encoding = ENCODINGS.get(getattr(image, "encoding", ""))
+    if encoding is None or encoding.kind != "u2":
+        return None
+    return int(_array_of(image, encoding, place).max(initial=0))
+
+
+def colors_of(
+    image: Any, size_px: tuple[int, int], place: str, by: int = 1, *, bits: int = WHOLE_BITS
+) -> NDArray[np.uint8]:
     """Return the pixels of an image, decoded to a message: (H, W, 3) uint8, RGB, shrunk `by`.
 
-    It has (width, height) pixels. Of 16-bit values, the upper 8 bits are used.
+    It has (width, height) pixels. Of 16-bit values, which may have fewer `bits`, the upper 8 of
+    these are used.
 
     Raises:
         ImageError: the encoding is unknown, the data are damaged, or it has another size; `place`
@@ -92,7 +108,8 @@ def colors_of(image: Any, size_px: tuple[int, int], place: str, by: int = 1) -> 
 
     if not hasattr(image, "encoding"):
         flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-        found = decode_bytes(bytes(image.data), place, flags, size_px, ImageError, by)
+        data = bytes(image.data)
+        found = decode_bytes(data, place, flags, size_px, ImageError, by, bits=bits)
         # The word after `compressed` is the channel order that the encoder was given.
         is_swapped = "compressed rgb" in image.format
         return np.asarray(found if is_swapped else cv2.cvtColor(found, cv2.COLOR_BGR2RGB), np.uint8)
@@ -105,7 +122,7 @@ def colors_of(image: Any, size_px: tuple[int, int], place: str, by: int = 1) -> 
         )
     pixels = _array_of(image, encoding, place)
     if pixels.dtype == np.uint16:
-        pixels = (pixels >> 8).astype(np.uint8)
+        pixels = narrowed(pixels, bits)
     if encoding.conversion:
         pixels = _converted(pixels, getattr(cv2, encoding.conversion), place)
     return np.ascontiguousarray(shrink(pixels, by), dtype=np.uint8)

@@ -1,0 +1,108 @@
+"""Images of 8 to 16 bits in files of 16: each is as bright as the same one in 8 bits."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from conftest import Drawing
+from servoid.camera import largest_value, likely_bits
+from servoid.capture import Capture, open_capture
+from servoid.errors import ImageError
+from servoid.opening import GivenCalibration, open_recorded, parse_source
+from servoid.scan.footage import open_footage
+from servoid.scan.staging import stage
+from servoid.source import tidy_image
+
+LOW_BITS = [8, 10, 12]
+
+
+def deepened(folder: Path, bits: int, suffix: str = ".png") -> Capture:
+    """Store the images of a capture in 16 bits, of which `bits` are used."""
+    for path in (folder / "images").glob("*.png"):
+        pixels = cv2.imread(str(path)).astype(np.uint16)
+        path.unlink()
+        assert cv2.imwrite(str(path.with_suffix(suffix)), pixels << (bits - 8))
+    toml = (folder / "capture.toml").read_text()
+    (folder / "capture.toml").write_text(toml.replace("images/*.png", f"images/*{suffix}"))
+    return open_capture(folder)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+@pytest.mark.parametrize("bits", [*LOW_BITS, 16])
+def test_images_of_any_bits_are_as_bright_as_in_8(
+    drawn_capture: Path, bits: int, suffix: str
+) -> None:
+    before = [view.recorded_image() for view in open_capture(drawn_capture).all_views()]
+    capture = deepened(drawn_capture, bits, suffix)
+    for view, image in zip(capture.all_views(), before, strict=True):
+        off = 1 if (bits, suffix) == (16, ".tif") else 0  # there, the decoder itself rounds
+        np.testing.assert_allclose(view.recorded_image().astype(int), image, atol=off)
+        half = view.picture.read((160, 120), 2)
+        assert half.shape == (60, 80, 3)
+        assert float(half.mean()) == pytest.approx(float(image.mean()), abs=1.0)
+    if bits == 16:
+        assert capture.notes == ()
+    else:
+        (note,) = capture.notes
+        assert f"all are taken as {bits}-bit values" in note
+
+
+def test_all_images_of_a_capture_are_read_with_the_same_bits(drawn_capture: Path) -> None:
+    capture = deepened(drawn_capture, 12)
+    path = sorted((drawn_capture / "images").iterdir())[1]
+    values = np.full((120, 160, 3), 256, np.uint16)
+    assert cv2.imwrite(str(path), values)  # a dark one
+    bits = {one.bits for one in open_capture(drawn_capture).cameras[0].pictures if one is not None}
+    assert bits == {12} == {one.bits for one in capture.cameras[0].pictures if one is not None}
+    assert open_capture(drawn_capture).all_views()[1].recorded_image().max() == 16
+
+
+@pytest.mark.parametrize("kept", [0, 100])
+def test_damaged_images_tell_nothing_about_the_bits(drawn_capture: Path, kept: int) -> None:
+    deepened(drawn_capture, 12)
+    first = min((drawn_capture / "images").iterdir())
+    first.write_bytes(first.read_bytes()[:kept])
+    capture = open_capture(drawn_capture)
+    assert {one.bits for one in capture.cameras[0].pictures if one is not None} == {12}
+
+
+def test_black_images_are_of_any_bits(tmp_path: Path, drawing: Drawing) -> None:
+    folder = drawing.write(tmp_path)
+    for path in (folder / "images").iterdir():
+        assert cv2.imwrite(str(path), np.zeros((120, 160, 3), np.uint16))
+    assert open_capture(folder).notes == ()
+
+
+def test_photographs_of_12_bits_are_as_bright_as_in_8_and_a_scan_refuses_them(
+    drawn_capture: Path, tmp_path: Path
+) -> None:
+    before = open_capture(drawn_capture).all_views()[0].recorded_image()
+    deepened(drawn_capture, 12)
+    images = drawn_capture / "images"
+    opened = open_recorded(parse_source(str(images)), GivenCalibration(fov_deg=50.0))
+    np.testing.assert_array_equal(opened.capture.all_views()[0].recorded_image(), before)
+    assert "taken as 12-bit values" in opened.capture.notes[0]
+    paths = sorted(images.iterdir())
+    assert largest_value(paths[0]) is not None
+    footage = open_footage(images)
+    with pytest.raises(ImageError, match=r"of a camera with 12 bits: .*multiply its values by 16"):
+        stage(footage, [path.stem for path in paths], tmp_path)
+
+
+@pytest.mark.parametrize("bits", LOW_BITS)
+def test_an_array_of_fewer_bits_has_a_notice(bits: int) -> None:
+    image: NDArray[np.uint16] = np.full((4, 6), (1 << bits) - 1, np.uint16)
+    pixels, notice = tidy_image(image)
+    assert pixels is not None
+    assert notice is not None
+    assert f"as of a camera with {bits} bits" in notice
+    assert tidy_image(image << (16 - bits))[1] is None
+    assert tidy_image(np.zeros_like(image))[1] is None
+
+
+@pytest.mark.parametrize("largest", [0, 1, 255, 256, 1023, 1024, 4095, 4096, 65535])
+def test_the_fewest_bits_that_hold_a_value_are_likely(largest: int) -> None:
+    assert likely_bits(largest) == min(one for one in (8, 10, 12, 16) if largest < 1 << one)

@@ -121,7 +121,10 @@ CAPTURES = Experiment("captures", model_capture, CaptureCase, CaptureRow)
 
 @dataclass(frozen=True)
 class ModelledFolder:
-    """The results for a folder: trials by capture name, and folders that are not captures."""
+    """The results for a folder: trials by capture name, and folders that are not captures.
+
+    Hidden folders are in neither.
+    """
 
     trials: dict[str, Done]
     passed_over: tuple[str, ...]
@@ -139,7 +142,7 @@ def model_folder(
 
     `out` receives `NAME.json` for each capture, `captures.parquet`, and `trials`, from which an
     interrupted batch resumes. A capture whose files have changed is modelled again; if it fails, an
-    earlier body of it stays.
+    earlier body of it stays. Hidden folders, whose names begin with a dot, are left out.
 
     Raises:
         StudyError: the folder does not exist, or contains no capture.
@@ -149,7 +152,8 @@ def model_folder(
     place = Path(folder)
     if not place.is_dir():
         raise StudyError(f"there is no folder {place}; name one that holds captures")
-    inside = sorted(path for path in place.iterdir() if path.is_dir())
+    folders = (path for path in place.iterdir() if path.is_dir())
+    inside = sorted(path for path in folders if not path.name.startswith("."))
     captures = [path for path in inside if is_capture(path)]
     if not captures:
         raise StudyError(

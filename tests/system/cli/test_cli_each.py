@@ -104,9 +104,16 @@ def test_a_body_of_an_earlier_run_is_named_as_such(
     assert (tmp_path / "all" / "bird.json").is_file()
     for mask in (folder / "bird").rglob("masks/**/*.png"):
         mask.write_text("no image")
+    shutil.copy(tmp_path / "all" / "bird.json", tmp_path / "all" / "gone.json")
+    (tmp_path / "all" / "other.json").write_text("{}")
+    shutil.copytree(folder / "bird", folder / ".hidden")
     ran = servoid_command(*command)
     assert ran.code == 1
     assert "bird.json is of an earlier run, not of this one" in ran.out
+    assert "gone.json is of an earlier run, not of this one" in ran.out
+    assert "all/NAME.json, of 0 of 1" in ran.out
+    assert "other.json" not in ran.out
+    assert ".hidden" not in ran.out
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """`servoid model --each`: models each capture in a folder, in a batch."""
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import typer
@@ -12,6 +12,8 @@ from servoid.cli.batch_progress import watched_batch
 from servoid.cli.model.model_command import ModelOrder
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
+from servoid.errors import ServoidError
+from servoid.shape import load_body
 
 FAILED = 1
 _WIDTH = 80
@@ -28,12 +30,12 @@ def run_each(order: ModelOrder) -> None:
         )
     _print_table(folder.trials)
     made = {name for name, done in folder.trials.items() if done.row is not None}
-    for name in (*folder.trials, *folder.passed_over):
-        if name not in made and (order.out / f"{name}.json").exists():
-            typer.echo(f"  {name}.json is of an earlier run, not of this one")
+    for path in _earlier(order.out, made):
+        typer.echo(f"  {path.name} is of an earlier run, not of this one")
     for name in folder.passed_over:
         typer.echo(f"  {name} holds no capture and was skipped")
-    typer.echo(f"  bodies  {order.out}/NAME.json")
+    of_some = "" if len(made) == len(folder.trials) else f", of {len(made)} of {len(folder.trials)}"
+    typer.echo(f"  bodies  {order.out}/NAME.json{of_some}")
     typer.echo(f"  table   {order.out / 'captures.parquet'}")
     failed = sum(done.row is None for done in folder.trials.values())
     if failed:
@@ -43,6 +45,18 @@ def run_each(order: ModelOrder) -> None:
             err=True,
         )
         raise typer.Exit(FAILED)
+
+
+def _earlier(out: Path, made: Collection[str]) -> Iterator[Path]:
+    """List the bodies in a folder that are not among those that were made."""
+    for path in sorted(out.glob("*.json")):
+        if path.stem in made:
+            continue
+        try:
+            load_body(path)
+        except ServoidError:
+            continue  # another file, which nobody takes for a body
+        yield path
 
 
 def _check(order: ModelOrder) -> None:

@@ -33,8 +33,9 @@ def add_commands(app: typer.Typer) -> None:
             _add_refusal(app, name, _unfit(entry, error))
     if _STUDY not in found:
         missing = MissingExtraError(
-            "servoid study needs servoid-experiments, which is not installed; install it with: "
-            "pip install servoid-experiments"
+            "servoid study needs servoid-experiments, which is not installed, and not on a package "
+            "index yet; it is the folder experiments of servoid's repository: in a clone of the "
+            f"version {__version__}, install it with: pip install ./experiments"
         )
         _add_refusal(app, _STUDY, missing)
 

@@ -45,7 +45,7 @@ def test_without_the_experiments_study_says_in_one_line_what_brings_it(
 ) -> None:
     ran = CliRunner().invoke(app_with(monkeypatch), ["study", *arguments])
     assert isinstance(ran.exception, MissingExtraError)
-    assert str(ran.exception).endswith("install it with: pip install servoid-experiments")
+    assert str(ran.exception).endswith("install it with: pip install ./experiments")
     assert "\n" not in str(ran.exception)
 
 

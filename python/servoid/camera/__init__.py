@@ -18,6 +18,7 @@ from servoid.camera.images import (
     shrink_mask,
 )
 from servoid.camera.lenses import make_lens, pinhole_lens
+from servoid.camera.pages import count_pages
 from servoid.camera.picture import Picture
 from servoid.camera.principal_point import off_center_note, outside_note, principal_point_note
 from servoid.camera.smoothing import gaussian

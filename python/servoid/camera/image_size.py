@@ -47,11 +47,13 @@ def read_image_size(path: Path) -> tuple[int, int]:
     size = size_in_header(data)
     if size is not None:
         return size
+    if not data:
+        raise ImageError(f"{path} is empty; replace the file")
     import cv2
     import numpy as np
 
     try:
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:
         pixels = None
     if pixels is None:

@@ -260,6 +260,8 @@ def _open(path: Path, error: type[CaptureError] | type[ImageError]) -> "cv2.Vide
             start = file.read(16)
     except OSError as reason:
         raise unreadable(path, reason, error) from reason
+    if not start:
+        raise error(f"{path} is empty; replace the file")
     if not (start.startswith((_AVI, _MATROSKA)) or start[4:8] in _MP4_BOXES):
         raise error(
             f"{path} is not a video: it does not begin like an MP4, MOV, AVI, MKV or WebM file"

@@ -13,7 +13,7 @@ from servoid.capture.capture_file import (
     mounted_lenses,
     read_versioned,
 )
-from servoid.capture.deep_images import with_bits
+from servoid.capture.examined import examined
 from servoid.capture.exchanged import check_measurable, check_not_exchanged
 from servoid.capture.moving_rig import doubt_rig_poses
 from servoid.capture.name_order import check_pictured_once, order_note

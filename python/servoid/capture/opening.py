@@ -16,7 +16,7 @@ from servoid.capture.capture_file import (
     read_poses,
     read_versioned,
 )
-from servoid.capture.deep_images import with_bits
+from servoid.capture.examined import examined
 from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.capture.recorded_times import times_notes, video_rate_note
 from servoid.config import check_held, check_inside, path_of
@@ -61,7 +61,7 @@ def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = Non
         metric=file.metric,
         notes=(*_order_notes(cameras), *timing, *_lone_notes(listed)),
     )
-    return with_bits(capture)
+    return examined(capture)
 
 
 def count_uncalibrated(path: str | Path) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from servoid.capture import Capture, open_capture, with_bits
+from servoid.capture import Capture, examined, open_capture
 from servoid.config import is_file, is_folder
 from servoid.errors import CaptureError
 from servoid.exchange.bags import is_bag, open_bag
@@ -49,8 +49,8 @@ def open_any(
     if kind == "capture":
         return open_capture(path)
     if kind == "colmap":
-        return with_bits(open_colmap(folder, images))
-    return with_bits(open_bop(folder, bop_object) if kind == "bop" else open_nerfstudio(path))
+        return examined(open_colmap(folder, images))
+    return examined(open_bop(folder, bop_object) if kind == "bop" else open_nerfstudio(path))
 
 
 def is_capture(path: Path) -> bool:

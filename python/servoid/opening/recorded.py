@@ -18,9 +18,9 @@ from servoid.capture import (
     MountedLens,
     check_pictured_once,
     count_uncalibrated,
+    examined,
     open_capture,
     order_note,
-    with_bits,
 )
 from servoid.config import IMAGE_FILE, read_bytes
 from servoid.errors import CaptureError, ImageError
@@ -310,7 +310,7 @@ def _capture(
         times_s=times_s,
         rate_hz=rate_hz,
     )
-    return Opened(with_bits(capture), (*rig.notes, *notes), rig.is_made_up)
+    return Opened(examined(capture), (*rig.notes, *notes), rig.is_made_up)
 
 
 def _rate_hz(times_s: tuple[float, ...] | None) -> float | None:

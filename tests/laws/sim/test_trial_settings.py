@@ -266,3 +266,17 @@ def test_only_options_that_are_set_go_to_the_tracker() -> None:
     assert TrialSettings().track.options() == {}
     plain = changed(TrialSettings(), {"track.surface": False, "track.seed": 0}, "the test")
     assert plain.track.options() == {"surface": False, "seed": 0}
+
+
+@pytest.mark.parametrize(
+    ("table", "line", "most"),
+    [("world.cameras", "noise = 400.0", "255"), ("run", "max_ellipsoids = 500", "64")],
+)
+def test_a_value_above_its_limit_is_refused_with_its_file_and_key(
+    tmp_path: Path, table: str, line: str, most: str
+) -> None:
+    path = tmp_path / "run.toml"
+    path.write_text(f"[{table}]\n{line}\n")
+    key = line.partition(" ")[0]
+    with pytest.raises((ServoError, SimError), match=rf"run\.toml, {table}\.{key}: .* {most} or"):
+        read_trial_settings(path)

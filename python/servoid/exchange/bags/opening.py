@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servoid.capture import Capture, CaptureCamera, with_bits
+from servoid.capture import Capture, CaptureCamera, examined
 from servoid.config import MOST_CAMERAS
 from servoid.errors import CaptureError
 from servoid.exchange.bags.geometry.calibration import (
@@ -121,7 +121,7 @@ def open_bag(
             *([lost_note(lost, len(moments))] if lost else []),
         ),
     )
-    return with_bits(capture)
+    return examined(capture)
 
 
 def why_uncalibrated(path: str | Path, topics: Sequence[str] = ()) -> tuple[str, ...]:

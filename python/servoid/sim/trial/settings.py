@@ -10,6 +10,7 @@ from servoid.config import NEAR_M, Checked, Most, convert, read_toml
 from servoid.errors import ServoError, TargetError
 from servoid.segment import parse_target
 from servoid.servo import ServoSettings, settings_toml
+from servoid.shape import Body
 from servoid.sim.world import BEFORE_HAND, WorldSettings
 from servoid.track import Method
 from servoid.words import digits
@@ -58,7 +59,9 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     start_turn_deg: Annotated[
         Triple, Meta(description="initial rotation vector of the hand in the goal's frame, degrees")
     ] = (0.0, 0.0, 0.0)
-    max_ellipsoids: Annotated[int, Meta(ge=1, description="most ellipsoids of the body")] = 5
+    max_ellipsoids: Annotated[
+        int, Meta(ge=1, le=Body.MAX_ELLIPSOIDS, description="most ellipsoids of the body")
+    ] = 5
     settle_s: Annotated[
         float, Meta(ge=0, description="settling time, which the figures leave out, s")
     ] = 3.0

@@ -165,7 +165,8 @@ class CameraSettings(SimSettings, frozen=True, kw_only=True, forbid_unknown_fiel
     ] = 4
     samples: Annotated[int, Meta(ge=1, le=8, description="rays along each side of a pixel")] = 2
     noise: Annotated[
-        float, Meta(ge=0.0, description="standard deviation of the image noise in grey levels")
+        float,
+        Meta(ge=0.0, le=255.0, description="standard deviation of the image noise in grey levels"),
     ] = 1.5
 
     def __post_init__(self) -> None:

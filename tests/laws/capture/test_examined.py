@@ -1,4 +1,4 @@
-"""Images of 8 to 16 bits in files of 16: each is as bright as the same one in 8 bits."""
+"""What a few images of a capture tell: how many bits their values have, and pages."""
 
 from pathlib import Path
 
@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from conftest import Drawing
-from servoid.camera import largest_value, likely_bits
+from servoid.camera import describe_video, largest_value, likely_bits, read_image_size
 from servoid.capture import Capture, open_capture
-from servoid.errors import ImageError
+from servoid.errors import CaptureError, ImageError
 from servoid.opening import GivenCalibration, open_recorded, parse_source
 from servoid.scan.footage import open_footage
 from servoid.scan.staging import stage
@@ -106,3 +106,26 @@ def test_an_array_of_fewer_bits_has_a_notice(bits: int) -> None:
 @pytest.mark.parametrize("largest", [0, 1, 255, 256, 1023, 1024, 4095, 4096, 65535])
 def test_the_fewest_bits_that_hold_a_value_are_likely(largest: int) -> None:
     assert likely_bits(largest) == min(one for one in (8, 10, 12, 16) if largest < 1 << one)
+
+
+@pytest.mark.parametrize(("pages", "suffix"), [(1, ".tif"), (2, ".tif"), (3, ".tiff")])
+def test_images_with_several_pages_are_noted(drawn_capture: Path, pages: int, suffix: str) -> None:
+    for path in (drawn_capture / "images").glob("*.png"):
+        page = cv2.imread(str(path))
+        path.unlink()
+        assert cv2.imwritemulti(str(path.with_suffix(suffix)), [page] * pages)
+    toml = (drawn_capture / "capture.toml").read_text().replace("images/*.png", f"images/*{suffix}")
+    (drawn_capture / "capture.toml").write_text(toml)
+    images = drawn_capture / "images"
+    opened = open_recorded(parse_source(str(images)), GivenCalibration(fov_deg=50.0))
+    for notes in (open_capture(drawn_capture).notes, opened.capture.notes):
+        assert len(notes) == (pages > 1)
+        assert all(f"has {pages} pages, and so may others" in note for note in notes)
+
+
+@pytest.mark.parametrize("name", ["image.png", "image.mp4"])
+def test_an_empty_file_is_called_empty(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(b"")
+    with pytest.raises((ImageError, CaptureError), match=f"{name} is empty; replace the file"):
+        describe_video(path) if name.endswith(".mp4") else read_image_size(path)

@@ -43,11 +43,13 @@ def grey_note(share: float) -> str | None:
 
 
 def _grey_share(values: NDArray[np.generic]) -> float:
-    if values.dtype == np.uint16 and values.max(initial=0) > np.iinfo(np.uint8).max:
-        values = values.astype(np.uint16) >> 8
     if values.dtype.kind not in "ui":
         return 0.0
-    is_grey = (values > _NOISE) & (values <= _HALF)
-    if values.max(initial=0) <= _HALF and len(np.unique(values[is_grey])) < _LEAST_VALUES:
+    levels = values.astype(np.int64)
+    largest = int(levels.max(initial=0))
+    if largest > np.iinfo(np.uint8).max:  # of 16 bits
+        levels, largest = levels >> 8, largest >> 8
+    is_grey = (levels > _NOISE) & (levels <= _HALF)
+    if largest <= _HALF and len(np.unique(levels[is_grey])) < _LEAST_VALUES:
         return 0.0
     return float(is_grey.sum()) / max(1, int(np.count_nonzero(values)))

@@ -128,7 +128,9 @@ def test_a_video_that_is_cut_short_is_refused_or_is_what_can_be_read(
         open_film(tmp_path)
 
 
-@pytest.mark.parametrize("data", [b"", b"#EXTM3U\n#EXTINF:1,\n/secret\n", b"\x89PNG\r\n\x1a\n" * 9])
+@pytest.mark.parametrize(
+    "data", [b"\0", b"#EXTM3U\n#EXTINF:1,\n/secret\n", b"\x89PNG\r\n\x1a\n" * 9]
+)
 def test_what_is_no_video_is_refused_before_a_decoder_sees_it(data: bytes, tmp_path: Path) -> None:
     (tmp_path / "film.avi").write_bytes(data)
     with pytest.raises(CaptureError, match=r"film\.avi is not a video"):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from servoid.batch import Done, Experiment, Work, Workers, run_batch
 from servoid.batch.running import ProgressCallback
-from servoid.capture import doubt_calibration
+from servoid.capture import doubt_for_model
 from servoid.errors import StudyError
 from servoid.exchange import is_capture, open_any
 from servoid.model import Request, fit_capture, fit_capture_by_paper
@@ -91,7 +91,7 @@ def model_capture(case: CaptureCase) -> CaptureRow:
         trust_targets=case.trust_targets,
     )
     # Before the views are read, as for one capture alone.
-    doubt = doubt_calibration(capture)
+    doubt = doubt_for_model(capture)
     instants = None if case.observations is None else slice(*case.observations)
     chosen = {"observations": instants, "views": slice(*case.views)}
     if case.by_paper:

@@ -2,7 +2,7 @@
 
 from servoid._native import View
 from servoid.capture.arrays import ArrayPicture, PosedImage, capture_of, views_of
-from servoid.capture.calibration_doubt import doubt_calibration
+from servoid.capture.calibration_doubt import doubt_calibration, doubt_for_model
 from servoid.capture.capture import Capture, CaptureCamera, CaptureView, Observation
 from servoid.capture.capture_file import (
     POSES_HEADER,
@@ -31,6 +31,7 @@ __all__ = [
     "capture_of",
     "count_uncalibrated",
     "doubt_calibration",
+    "doubt_for_model",
     "doubt_rig_poses",
     "open_capture",
     "shrunk",

@@ -18,7 +18,7 @@ from servoid.capture.matched_features import (
     unit_px,
     unit_rays,
 )
-from servoid.errors import CameraError, CaptureError, ImageError
+from servoid.errors import CameraError
 from servoid.pose import exact
 
 _LEAST = 20  # features that support an order of the images
@@ -28,11 +28,12 @@ _PARALLAX_PX = 2.0  # at 1000 px of diagonal: below, a feature's side is noise
 # Shares of features that contradict a rig. Of right ones at most 3 % do, and 4 % in a pair of
 # images (recorded pairs); of rigs that are off by 2 degrees or 60 px mostly more than 15 %.
 _DOUBTED = 0.1
+_TINY_M = 1e-9  # what two cameras at one place see differently is nearer: nothing is there
 _REFUSED = 0.8  # if this share is behind the cameras
 
 
 @dataclass(frozen=True)
-class _Sides:
+class Sides:
     """How many matched features are in front of both cameras, behind one, or off their lines.
 
     Those too far away for their parallax to tell are in `matched` alone.
@@ -43,13 +44,18 @@ class _Sides:
     behind: int = 0
     off: int = 0
 
-    def __add__(self, other: "_Sides") -> "_Sides":
-        return _Sides(
+    def __add__(self, other: "Sides") -> "Sides":
+        return Sides(
             self.matched + other.matched,
             self.front + other.front,
             self.behind + other.behind,
             self.off + other.off,
         )
+
+    @property
+    def agree(self) -> bool:
+        """Return whether features support the rig, and few contradict it."""
+        return self.front >= _LEAST and not self.contradict
 
     @property
     def contradict(self) -> bool:
@@ -65,7 +71,7 @@ def exchange_note(names: tuple[str, str], pairs: Iterable[MatchedFeatures]) -> s
     """
     matched = given = exchanged = 0
     for pair in pairs:
-        as_given, as_exchanged = (_sides(pair, exchanged=one).front for one in (False, True))
+        as_given, as_exchanged = (sides_of(pair, exchanged=one).front for one in (False, True))
         if _is_clear(as_given, as_exchanged):
             return None
         matched += len(pair.first_px)
@@ -73,6 +79,15 @@ def exchange_note(names: tuple[str, str], pairs: Iterable[MatchedFeatures]) -> s
         exchanged += as_exchanged
     if not _is_clear(exchanged, given):
         return None
+    return exchange_words(names, matched, given, exchanged)
+
+
+def exchange_words(names: tuple[str, str], matched: int, given: int, exchanged: int) -> str:
+    """Say that images of two named cameras are exchanged.
+
+    Of the `matched` features, so many are in front of the cameras as the images are `given`, and as
+    they are `exchanged`.
+    """
     one, other = names
     return (
         f"the images of {one} and {other} are exchanged: of {matched} features that match in both, "
@@ -86,14 +101,14 @@ def until_settled(pairs: Iterable[MatchedFeatures]) -> Iterator[MatchedFeatures]
     """Yield pairs of images up to the first that shows the rig to be right as it is given."""
     for pair in pairs:
         yield pair
-        sides = _sides(pair)
-        if not sides.contradict and _is_clear(sides.front, _sides(pair, exchanged=True).front):
+        sides = sides_of(pair)
+        if not sides.contradict and _is_clear(sides.front, sides_of(pair, exchanged=True).front):
             return
 
 
 def contradiction_note(names: tuple[str, str], pairs: Iterable[MatchedFeatures]) -> str | None:
     """Return a message if features contradict the calibration of two named cameras, else None."""
-    total = sum((_sides(pair) for pair in pairs), _Sides())
+    total = sum((sides_of(pair) for pair in pairs), Sides())
     return _contradiction(names, total) if total.contradict else None
 
 
@@ -102,15 +117,7 @@ def repeated_note(names: tuple[str, str], one: PosedPicture, other: PosedPicture
 
     The noise of two cameras differs, even where they look at the same thing from one place.
     """
-    if one.lens.size_px != other.lens.size_px:
-        return None
-    try:
-        first, second = (
-            each.picture.read(each.recorded.size_px, each.recorded.by) for each in (one, other)
-        )
-    except (CaptureError, ImageError):
-        return None
-    if first.min() == first.max() or not np.array_equal(first, second):
+    if one.digest is None or one.digest != other.digest:
         return None
     return (
         f"the images of {names[0]} and {names[1]} are the same to the last pixel, and not those "
@@ -137,7 +144,7 @@ def check_measurable(view: CaptureView, other: CaptureView) -> None:
 
     """
     pair = _matched_unexchanged(view, other)
-    sides = _Sides() if pair is None else _sides(pair)
+    sides = Sides() if pair is None else sides_of(pair)
     if sides.behind >= max(_LEAST, _REFUSED * sides.matched):
         raise CameraError(_contradiction((view.name, other.name), sides))
 
@@ -154,7 +161,7 @@ def _matched_unexchanged(view: CaptureView, other: CaptureView) -> MatchedFeatur
     return pair
 
 
-def _contradiction(names: tuple[str, str], sides: _Sides) -> str:
+def _contradiction(names: tuple[str, str], sides: Sides) -> str:
     one, other = names
     return (
         f"the images contradict the calibration of {one} and {other}: of {sides.matched} features "
@@ -169,7 +176,7 @@ def _is_clear(count: int, otherwise: int) -> bool:
     return count >= _LEAST and count >= _RATIO * otherwise
 
 
-def _sides(pair: MatchedFeatures, *, exchanged: bool = False) -> _Sides:
+def sides_of(pair: MatchedFeatures, *, exchanged: bool = False) -> Sides:
     """Count on which side of the cameras features are, with images `exchanged` or not."""
     pixels = (pair.second_px, pair.first_px) if exchanged else (pair.first_px, pair.second_px)
     one, other = (unit_rays(lens, part) for lens, part in zip(pair.lenses, pixels, strict=True))
@@ -186,7 +193,7 @@ def _sides(pair: MatchedFeatures, *, exchanged: bool = False) -> _Sides:
         nearest = np.minimum(along_one, along_other)
         unit = unit_px(pair.lenses[0]) / pair.lenses[0].focal_px[0]
         is_near = np.sqrt(size) > _PARALLAX_PX * unit
-        is_behind = is_near & ~(nearest > 0.0)
-        fits = is_near & (nearest > 0.0) & (missed / nearest < _OFF_PX * unit)
+        is_behind = is_near & ~(nearest > _TINY_M)
+        fits = is_near & (nearest > _TINY_M) & (missed / nearest < _OFF_PX * unit)
     front, behind = int(fits.sum()), int(is_behind.sum())
-    return _Sides(len(size), front, behind, int(is_near.sum()) - front - behind)
+    return Sides(len(size), front, behind, int(is_near.sum()) - front - behind)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,12 @@ class MatchedFeatures:
             self.lenses, self.second_from_first, self.first_px[kept], self.second_px[kept]
         )
 
+    def turned_round(self) -> "MatchedFeatures":
+        """Return the pair with the second image first."""
+        first, second = self.lenses
+        first_from_second = self.second_from_first.inverse()
+        return MatchedFeatures((second, first), first_from_second, self.second_px, self.first_px)
+
 
 @dataclass(frozen=True, eq=False)
 class PosedPicture:
@@ -42,6 +49,18 @@ class PosedPicture:
     picture: Picture
     lens: Lens
     recorded: Recorded
+
+    @cached_property
+    def digest(self) -> bytes | None:
+        """Return what only equal images have in common; None if it is of one colour, or damaged."""
+        try:
+            pixels = self.picture.read(self.recorded.size_px, self.recorded.by)
+        except (CaptureError, ImageError):
+            return None
+        if pixels.min() == pixels.max():
+            return None
+        shape = np.array(pixels.shape, np.int64).tobytes()
+        return sha256(shape + pixels.tobytes()).digest()
 
     @cached_property
     def features(self) -> tuple[Floats, NDArray[np.float32]] | None:

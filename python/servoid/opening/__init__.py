@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from servoid.capture import doubt_calibration, doubt_rig_poses
+from servoid.capture import doubt_calibration, doubt_for_model, doubt_rig_poses
 from servoid.opening.filmed import Filmed, open_filmed
 from servoid.opening.given_calibration import GivenCalibration, Rig, any_cameras
 from servoid.opening.live import OpenedLive, open_live
@@ -25,6 +25,7 @@ __all__ = [
     "check_openable",
     "count_uncalibrated_cameras",
     "doubt_calibration",
+    "doubt_for_model",
     "doubt_rig_poses",
     "open_filmed",
     "open_live",

@@ -11,7 +11,7 @@ from rooms_to_scan import FOCAL_PX, SIZE_PX, write_pair
 from tiers import tiered
 
 from servoid._native import Lens
-from servoid.capture import Capture, calibration_doubt, open_capture
+from servoid.capture import Capture, focal_fit, open_capture
 from servoid.opening import doubt_calibration
 from servoid.pose import Pose
 
@@ -100,8 +100,8 @@ def test_a_focal_length_that_is_far_off_is_told_as_well(share: float, tmp_path: 
 def test_beyond_the_tried_focal_lengths_a_bound_is_told(
     share: float, bound: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(calibration_doubt, "_FIT_PX", 100.0)  # the best of them fits badly
-    monkeypatch.setattr(calibration_doubt, "_EXPLAINED", 1.0)
+    monkeypatch.setattr(focal_fit, "FIT_PX", 100.0)  # the best of them fits badly
+    monkeypatch.setattr(focal_fit, "_EXPLAINED", 1.0)
     capture = write_pair(tmp_path, toed_in(8.0))
     doubt = doubt_calibration(with_focal(capture, share))
     assert doubt is not None and f"fit a focal length of {bound} " in doubt

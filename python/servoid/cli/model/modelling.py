@@ -29,7 +29,7 @@ from servoid.model import (
     fit_range_samples,
     range_samples_of_cloud,
 )
-from servoid.opening import doubt_calibration, open_recorded, parse_source
+from servoid.opening import doubt_for_model, open_recorded, parse_source
 from servoid.output import check_file, check_folder, make_folder
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
@@ -164,7 +164,7 @@ def _fit(order: ModelOrder, targets: list[Target], *, trusted: bool) -> ModelRes
             world=order.world,
         )
         # Before the views are read, because both together would not fit into memory.
-        doubt = doubt_calibration(opened.capture, is_assumed=order.known.baseline_m is not None)
+        doubt = doubt_for_model(opened.capture, is_assumed=order.known.baseline_m is not None)
         chosen = {"observations": order.observations, "views": order.chosen}
         if order.method is Method.region:
             made = fit_capture(

@@ -10,6 +10,7 @@ from servoid.exchange.bags import is_bag, open_bag
 from servoid.exchange.captures import bop, nerfstudio
 from servoid.exchange.captures.bop import open_bop
 from servoid.exchange.captures.colmap import find_colmap_model, open_colmap
+from servoid.exchange.captures.gathering import in_metres
 from servoid.exchange.captures.nerfstudio import open_nerfstudio
 
 _COLMAP_FILES = ("cameras.bin", "cameras.txt", "images.bin", "images.txt")
@@ -22,12 +23,14 @@ def open_any(
     images: str | Path | None = None,
     topics: Sequence[str] = (),
     world: str | None = None,
+    unit_m: float | None = None,
 ) -> Capture:
     """Open a capture, a COLMAP model, a transforms.json, a BOP scene or a bag.
 
     `path` is the folder, or the main file in it. `bop_object` selects the object of a BOP scene by
     its index; `images` is the folder of a COLMAP model's images; `topics` and `world` are those of
-    `open_bag`.
+    `open_bag`. `unit_m` is the length in metres of one unit of a COLMAP model or a transforms.json,
+    1 if it is in metres; without, such a capture is not metric.
 
     Raises:
         CaptureError: servoid can open nothing there, a file is malformed, or an argument
@@ -43,14 +46,20 @@ def open_any(
         raise CaptureError(f"{path} is not a BOP scene, and only those take an object")
     if (topics or world is not None) and kind != "bag":
         raise CaptureError(f"{path} is not a bag, and only those take topics and frames")
+    if unit_m is not None and kind not in ("colmap", "nerfstudio"):
+        raise CaptureError(
+            f"{path} is neither a COLMAP model nor a transforms.json, and only their lengths are "
+            "in a unit that can be given"
+        )
     folder = path if is_folder(path) else path.parent
     if kind == "bag":
         return open_bag(path, topics, world=world)
     if kind == "capture":
         return open_capture(path)
-    if kind == "colmap":
-        return examined(open_colmap(folder, images))
-    return examined(open_bop(folder, bop_object) if kind == "bop" else open_nerfstudio(path))
+    if kind == "bop":
+        return examined(open_bop(folder, bop_object))
+    opened = open_colmap(folder, images) if kind == "colmap" else open_nerfstudio(path)
+    return examined(opened if unit_m is None else in_metres(opened, unit_m))
 
 
 def is_capture(path: Path) -> bool:

@@ -38,8 +38,9 @@ from servoid.words import were
 _ONE_SIDE_DEG = 90.0
 _FINDING = 0.3  # share of the time in which the object is found in other views, where it must be
 NO_METRES = (
-    "lengths are not in metres: the capture's scale is unknown (metric = false in its "
-    "capture.toml); give the scan a length, a board or a baseline"
+    "lengths are not in metres: the capture's scale is unknown; give the metres of one unit of a "
+    "COLMAP model or a transforms.json (--unit, or unit_m in Python), or a scan a length, a board "
+    "or a baseline"
 )
 """The note on a capture without a scale."""
 

@@ -73,6 +73,7 @@ def open_recorded(
     images: str | Path | None = None,
     topics: Sequence[str] = (),
     world: str | None = None,
+    unit_m: float | None = None,
     rests: bool = False,
 ) -> Opened:
     """Open a recorded source as a capture; images are listed, not read.
@@ -93,10 +94,13 @@ def open_recorded(
             f"{word} is live, but a recorded source is needed; record one with "
             f"servoid record {word} --out run, and give that folder"
         )
-    if bop_object is None and images is None:  # otherwise `open_any` says what these need
+    if (
+        bop_object is None and images is None and unit_m is None
+    ):  # otherwise `open_any` says what these need
         check_openable(word)
     if word.kind in (Kind.CAPTURE, Kind.BAG):
-        if word.kind is Kind.BAG and bop_object is None and images is None:
+        of_others = bop_object, images, unit_m
+        if word.kind is Kind.BAG and of_others == (None, None, None):
             opened = _open_bag(word, known, topics, world=world, rests=rests)
         elif (
             word.kind is Kind.CAPTURE
@@ -108,7 +112,12 @@ def open_recorded(
         else:
             known.refuse(word.text)
             capture = open_any(
-                word.place, bop_object=bop_object, images=images, topics=topics, world=world
+                word.place,
+                bop_object=bop_object,
+                images=images,
+                topics=topics,
+                world=world,
+                unit_m=unit_m,
             )
             opened = Opened(capture)
         if known.rate_hz is not None:
@@ -120,6 +129,11 @@ def open_recorded(
         raise CaptureError(
             f"{word} is neither a BOP scene nor a COLMAP model; only these take an object or a "
             "folder of images; leave these out"
+        )
+    if unit_m is not None:
+        raise CaptureError(
+            f"{word} is neither a COLMAP model nor a transforms.json; only their lengths are in a "
+            "unit that can be given; leave it out"
         )
     if topics or world is not None:
         raise CaptureError(f"{word} is not a bag; topics and frames can be chosen only in a bag")

@@ -104,7 +104,7 @@ def each_its_own(capture: Capture, shares: Sequence[float]) -> Capture:
         )
         for number, (view, share) in enumerate(zip(views, shares, strict=True))
     ]
-    return gather(capture.path, cameras)
+    return gather(capture.path, cameras, metric=True)
 
 
 @pytest.mark.parametrize("rate_hz", [30.0, None])
@@ -182,7 +182,7 @@ def test_two_lenses_that_took_every_other_image_are_compared(hand: Capture) -> N
             )
             for first, (name, by) in enumerate([("one", 1.0), ("other", 1.0001)])
         ]
-        doubt = doubt_calibration(gather(hand.path, cameras))
+        doubt = doubt_calibration(gather(hand.path, cameras, metric=True))
         assert (doubt is None) == (share == 1.0)
 
 

@@ -70,6 +70,7 @@ def _check(order: ModelOrder) -> None:
         "--report": order.report,
         "--viewpoint": order.viewpoint,
         "--images": order.images,
+        "--unit": order.unit,
         "--bop-object": order.bop_object,
         "--threads": order.threads,
         "--topic": order.topics or None,

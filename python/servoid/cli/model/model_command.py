@@ -138,6 +138,14 @@ class ModelOrder(CameraOptions, ScaleOptions):
     images: Annotated[
         Path | None, typer.Option(metavar="DIR", help="The folder of a COLMAP model's images.")
     ] = None
+    unit: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="The length in metres of one unit of a COLMAP model or a transforms.json; 1 if "
+            "they are in metres. Without, the body has no unit.",
+        ),
+    ] = None
     topics: Topic = field(default_factory=list)
     world: World = None
     seed: Annotated[

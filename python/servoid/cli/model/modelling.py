@@ -80,6 +80,7 @@ def _scan_order(order: ModelOrder) -> ScanOrder:
         "--rate": order.known.rate_hz is not None,
         "--bop-object": order.bop_object is not None,
         "--images": order.images is not None,
+        "--unit": order.unit is not None,
         "--topic": bool(order.topics) and not is_bag(order.source),
         "--world": order.world is not None,
     }
@@ -160,6 +161,7 @@ def _fit(order: ModelOrder, targets: list[Target], *, trusted: bool) -> ModelRes
             order.known,
             bop_object=order.bop_object,
             images=order.images,
+            unit_m=order.unit,
             topics=order.topics,
             world=order.world,
         )
@@ -190,6 +192,7 @@ def _fit_shape(
         "--distance": order.distance is not None,
         "--bop-object": order.bop_object is not None,
         "--images": order.images is not None,
+        "--unit": order.unit is not None,
         "--topic": bool(order.topics),
         "--world": order.world is not None,
     }

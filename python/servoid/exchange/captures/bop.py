@@ -82,6 +82,7 @@ def _gather(folder: Path, groups: dict[_Key, list[Shot]]) -> Capture:
             )
             for index, ((camera, size_px), shots) in enumerate(groups.items())
         ],
+        metric=True,
     )
 
 

@@ -30,7 +30,8 @@ def open_colmap(folder: str | Path, images: str | Path | None = None) -> Capture
 
     Each camera of the model becomes a camera, each image an observation of its own, sorted by name.
     Images are in `images`, by default the folder of that name beside the model. A mask is in
-    `masks` beside it, as `NAME.jpg.png` or `NAME.png`. Lengths are in the model's unit.
+    `masks` beside it, as `NAME.jpg.png` or `NAME.png`. Lengths are in the model's unit, which is
+    unknown.
 
     Raises:
         CaptureError: a file is missing or malformed, or files contradict each other.
@@ -61,6 +62,7 @@ def open_colmap(folder: str | Path, images: str | Path | None = None) -> Capture
             for key, camera in sorted(cameras.items())
             if shots[key]
         ],
+        metric=False,
     )
 
 

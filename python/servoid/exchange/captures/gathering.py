@@ -1,7 +1,8 @@
 """Combines images that were each taken from a separate pose into a capture."""
 
+import math
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
@@ -9,7 +10,7 @@ from servoid.camera import Lens, Picture
 from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
 from servoid.pose import Pose
-from servoid.words import counted
+from servoid.words import counted, digits
 
 KeyT = TypeVar("KeyT", bound=Hashable)
 
@@ -37,8 +38,10 @@ class ShotCamera:
     depth_scale_m: float | None = None
 
 
-def gather(path: Path, cameras: Sequence[ShotCamera]) -> Capture:
+def gather(path: Path, cameras: Sequence[ShotCamera], *, metric: bool) -> Capture:
     """Return a capture in which each image is an observation of its own.
+
+    Lengths are in metres if it is `metric`, else in an unknown unit.
 
     Raises:
         CaptureError: there is no image, or cameras and images are too many.
@@ -57,7 +60,32 @@ def gather(path: Path, cameras: Sequence[ShotCamera]) -> Capture:
         done.append(_place(camera, first, count))
         first += len(camera.shots)
     poses = tuple(shot.world_from_lens for camera in cameras for shot in camera.shots)
-    return Capture(path, tuple(done), poses, times_s=None)
+    return Capture(path, tuple(done), poses, times_s=None, metric=metric)
+
+
+def in_metres(capture: Capture, unit_m: float) -> Capture:
+    """Return a capture in metres, of which one unit of length is `unit_m`.
+
+    Raises:
+        CaptureError: the unit is not a positive number.
+
+    """
+    if not 0.0 < unit_m < math.inf:
+        raise CaptureError(
+            f"the unit of {capture.path} is given as {digits(unit_m)} m; give the metres of one "
+            "unit of its lengths, a positive number, or 1 if they are in metres"
+        )
+    cameras = (
+        replace(
+            one, depth_scale_m=None if one.depth_scale_m is None else one.depth_scale_m * unit_m
+        )
+        for one in capture.cameras
+    )
+    poses = (
+        Pose.from_parts([unit_m * one for one in pose.translation], pose.quaternion)
+        for pose in capture.world_from_rig
+    )
+    return replace(capture, cameras=tuple(cameras), world_from_rig=tuple(poses), metric=True)
 
 
 def short_names(names: Sequence[str]) -> list[str]:

@@ -48,7 +48,7 @@ def open_nerfstudio(path: str | Path) -> Capture:
     """Open a transforms.json, or the folder that contains one, as a capture.
 
     Images with the same lens become one camera; each is an observation of its own, in the order of
-    the file. Lengths are in the file's unit.
+    the file. Lengths are in the file's unit, which is unknown.
 
     Raises:
         CaptureError: a file is missing or malformed, or a lens model is not supported.
@@ -79,6 +79,7 @@ def open_nerfstudio(path: str | Path) -> Capture:
             )
             for index, (lens, taken) in enumerate(shots.items())
         ],
+        metric=False,
     )
 
 

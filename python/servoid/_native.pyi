@@ -1425,7 +1425,7 @@ class Tracker:
         """
     def avoid(self, others: Sequence[Body]) -> None:
         """Sets where other tracked objects are now, as bodies at their poses: from now on a search
-        does not find this one there.
+        does not find this one there. Raises TrackError.
         """
     def begin_evolving(self) -> bool:
         """

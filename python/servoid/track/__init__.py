@@ -6,7 +6,7 @@ from servoid._native import Estimate, Tracker, TrackSettings, pose_from_masks, p
 from servoid.renamed import refuse_old_names
 from servoid.shape import placed
 from servoid.source import cameras_of, read_instants, tidy_image
-from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, depths_for
+from servoid.track.follower import Adjuster, Avoider, Evolver, Follower, Rememberer, depths_for
 from servoid.track.following import (
     Collector,
     TrackStep,
@@ -24,6 +24,7 @@ from servoid.track.unobservable import unobservable_axes
 
 __all__ = [
     "Adjuster",
+    "Avoider",
     "BodyChange",
     "Collector",
     "Estimate",

@@ -6,32 +6,65 @@ from itertools import combinations
 
 from servoid._native import Body
 from servoid.errors import TrackError
-from servoid.track.follower import Avoider, Follower
 from servoid.track.request import Subject
 from servoid.track.result import Tracked
 from servoid.track.starting import Followed
 
-
-def avoid(tracker: Follower, others: Sequence[Body]) -> None:
-    """Let a tracker not find its object where others are, if it can."""
-    if isinstance(tracker, Avoider):
-        tracker.avoid(others)
+Pairs = frozenset[frozenset[int]]  # of objects, by their places in the order of the subjects
 
 
-def others_of(place: int, objects: Sequence[Followed], tracked: Sequence[Tracked]) -> list[Body]:
-    """Return the bodies of all objects but one that are located, by their last estimates."""
+def marked_in_one_place(subjects: Sequence[Subject], objects: Sequence[Followed]) -> Pairs:
+    """Return which objects were at one place at first though each has a target of its own.
+
+    Such are stacked cups and nested boxes, whose bodies are not hollow.
+    """
+    bodies = [one.body_at(one.first.estimate.world_from_object) for one in objects]
+    return frozenset(
+        frozenset((one, other))
+        for one, other in combinations(range(len(objects)), 2)
+        if subjects[one].targets
+        and subjects[other].targets
+        and bodies[one].shares_place(bodies[other])
+    )
+
+
+def still_together(objects: Sequence[Followed], tracked: Sequence[Tracked], nested: Pairs) -> Pairs:
+    """Return which of the nested pairs were not seen apart in an observation."""
+    return frozenset(pair for pair in nested if not _are_apart(objects, tracked, *sorted(pair)))
+
+
+def _are_apart(
+    objects: Sequence[Followed], tracked: Sequence[Tracked], one: int, other: int
+) -> bool:
+    estimates = tracked[one].estimate, tracked[other].estimate
+    bodies = [
+        objects[place].body_at(estimate.world_from_object)
+        for place, estimate in zip((one, other), estimates, strict=True)
+    ]
+    return all(estimate.located for estimate in estimates) and not bodies[0].shares_place(bodies[1])
+
+
+def others_of(
+    place: int, objects: Sequence[Followed], tracked: Sequence[Tracked], nested: Pairs = frozenset()
+) -> list[Body]:
+    """Return the bodies of all objects but one that are located, by their last estimates.
+
+    What may be nested with it is left out.
+    """
     pairs = enumerate(zip(objects, tracked, strict=True))
     return [
         one.body_at(last.estimate.world_from_object)
         for other, (one, last) in pairs
-        if other != place and last.estimate.located
+        if other != place and last.estimate.located and frozenset((place, other)) not in nested
     ]
 
 
-def told_apart(objects: Sequence[Followed], tracked: Sequence[Tracked]) -> tuple[Tracked, ...]:
+def told_apart(
+    objects: Sequence[Followed], tracked: Sequence[Tracked], nested: Pairs = frozenset()
+) -> tuple[Tracked, ...]:
     """Return the estimates of an observation; those of located objects at one place are in doubt.
 
-    At least one of them is wrong, and nothing tells which.
+    At least one of them is wrong, and nothing tells which; but pairs that may be nested are not.
     """
     located = [place for place, one in enumerate(tracked) if one.estimate.located]
     bodies = {
@@ -40,7 +73,7 @@ def told_apart(objects: Sequence[Followed], tracked: Sequence[Tracked]) -> tuple
     }
     told = list(tracked)
     for pair in combinations(bodies, 2):
-        if not bodies[pair[0]].shares_place(bodies[pair[1]]):
+        if frozenset(pair) in nested or not bodies[pair[0]].shares_place(bodies[pair[1]]):
             continue
         for place, other in (pair, pair[::-1]):
             notice = f"'{objects[other].name}' is at the same place, so that one of them is wrong"

@@ -89,6 +89,12 @@ class Rememberer(Protocol):
         ...
 
 
+def avoid(tracker: Follower, others: Sequence[Body]) -> None:
+    """Let a tracker not find its object where others are, if it can; they are at their poses."""
+    if isinstance(tracker, Avoider):
+        tracker.avoid(others)
+
+
 def depths_for(tracker: object, instant: Instant) -> dict[str, Any]:
     """Return the depth images of an observation as keyword arguments, if the tracker uses them."""
     takes = bool(instant.depths) and getattr(tracker, "TAKES_DEPTHS", False)

@@ -8,8 +8,15 @@ from servoid.brief import brief
 from servoid.capture import Capture, Observation, doubt_calibration, doubt_rig_poses
 from servoid.errors import TrackError
 from servoid.source import Feed, Instant, read_instants
-from servoid.track.apart import avoid, check_targets_differ, others_of, told_apart
-from servoid.track.follower import depths_for
+from servoid.track.apart import (
+    Pairs,
+    check_targets_differ,
+    marked_in_one_place,
+    others_of,
+    still_together,
+    told_apart,
+)
+from servoid.track.follower import avoid, depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
 from servoid.track.starting import START_IN_DOUBT, Followed, begin
@@ -65,7 +72,7 @@ def follow(
             "that can be read"
         )
         objects = tuple(replace(one, notes=(*one.notes, note)) for one in objects)
-    begun = _Begun(first, objects, tuple(request.evolves(subject) for subject in subjects))
+    begun = _begun(first, objects, subjects, request)
     for count, step in enumerate(_steps(begun, instants, request.evolve_every), start=1):
         yield replace(step, share=(passed + count) / len(observations))
 
@@ -89,7 +96,7 @@ def follow_live(
     _check_names([subject.name for subject in subjects])
     capture, first = feed.first()
     objects = _begin_all(capture, first, subjects, request)
-    begun = _Begun(first, objects, tuple(request.evolves(subject) for subject in subjects))
+    begun = _begun(first, objects, subjects, request)
     yield from _steps(begun, iter(feed), request.evolve_every)
 
 
@@ -141,25 +148,30 @@ def doubt_capture(
 
 @dataclass(frozen=True, eq=False)
 class _Begun:
-    """The first observation, the objects whose trackers it started, and which bodies evolve."""
+    """The first observation, the objects whose trackers it started, and which bodies evolve.
+
+    `nested` are those that were marked in one place.
+    """
 
     first: Instant
     objects: tuple[Followed, ...]
     evolving: tuple[bool, ...]
+    nested: Pairs
 
 
 def _steps(begun: _Begun, instants: Iterator[Instant], evolve_every: int) -> Iterator[TrackStep]:
     """Yield the first step, and one for each further observation; `share` is left to the caller."""
-    objects = begun.objects
+    objects, nested = begun.objects, begun.nested
     last = tuple(one.first for one in objects)
     yield TrackStep(begun.first, objects, last, 0.0)
     for count, instant in enumerate(instants, start=1):
         is_turn = count % evolve_every == 0
         tracked = list(last)
         for place, (one, evolves) in enumerate(zip(objects, begun.evolving, strict=True)):
-            avoid(one.tracker, others_of(place, objects, tracked))
+            avoid(one.tracker, others_of(place, objects, tracked, nested))
             tracked[place] = _step(one, instant, is_turn and evolves)
-        last = told_apart(objects, tracked)
+        nested = still_together(objects, tracked, nested)
+        last = told_apart(objects, tracked, nested)
         yield TrackStep(instant, objects, last, 0.0)
 
 
@@ -236,9 +248,19 @@ def _begin_all(
         begun[subject.name] = begin(
             capture, first, subject, request, has_others=has_others, others=others
         )
-    objects = [begun[subject.name] for subject in subjects]
-    firsts = told_apart(objects, [one.first for one in objects])
-    return tuple(replace(one, first=told) for one, told in zip(objects, firsts, strict=True))
+    return tuple(begun[subject.name] for subject in subjects)
+
+
+def _begun(
+    first: Instant,
+    objects: tuple[Followed, ...],
+    subjects: Sequence[Subject],
+    request: Request,
+) -> _Begun:
+    nested = marked_in_one_place(subjects, objects)
+    told = told_apart(objects, [one.first for one in objects], nested)
+    apart = tuple(replace(one, first=each) for one, each in zip(objects, told, strict=True))
+    return _Begun(first, apart, tuple(request.evolves(subject) for subject in subjects), nested)
 
 
 def _check_names(names: list[str]) -> None:

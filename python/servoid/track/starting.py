@@ -25,7 +25,7 @@ from servoid.track.doubts import (
     recognised,
     turn_note,
 )
-from servoid.track.follower import Adjuster, Avoider, Evolver, Follower, Rememberer, depths_for
+from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, avoid, depths_for
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
 from servoid.track.smoothing import smoothed
@@ -158,8 +158,7 @@ def begin(
     options = request.options(meant)
     tracker = make(cameras, known.body, options)
     called = time.perf_counter()
-    if isinstance(tracker, Avoider):
-        tracker.avoid(others)
+    avoid(tracker, others)
     estimate = _first_estimate(tracker, instant, known, subject)
     done = time.perf_counter()
     doubts = body_doubts(subject, overlap, recognition)

@@ -165,7 +165,7 @@ impl Tracker {
     }
 
     /// Sets where other tracked objects are now, as bodies at their poses: from now on a search does
-    /// not find this one there.
+    /// not find this one there. Raises TrackError.
     #[allow(clippy::needless_pass_by_value, reason = "as Python hands it over")]
     fn avoid(&self, others: Listed<Body>) -> PyResult<()> {
         self.0.write()?.avoid(others.0.into_iter().map(|body| body.0).collect());

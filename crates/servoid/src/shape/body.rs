@@ -75,8 +75,17 @@ impl Body {
     /// tenth.
     #[must_use]
     pub fn overlap(&self, other: &Self) -> f64 {
+        let apart = self.world_from_object.translation() - other.world_from_object.translation();
+        if apart.norm() > self.reach() + other.reach() {
+            return 0.0;
+        }
         let (own, others) = (self.in_world(), other.in_world());
         share_inside(&own, &others).min(share_inside(&others, &own))
+    }
+
+    /// Returns the radius of a ball about the origin of the object's frame that holds the body.
+    fn reach(&self) -> f64 {
+        self.ellipsoids.iter().map(|e| e.center().norm() + e.radii().max()).fold(0.0, f64::max)
     }
 
     /// Returns whether two bodies are at one place, as two solid objects never are.
@@ -121,8 +130,8 @@ fn share_inside(ellipsoids: &[Ellipsoid], others: &[Ellipsoid]) -> f64 {
     inside / all
 }
 
-/// Spreads `count` points evenly over each ellipsoid, weighted by volume; a point inside several ellipsoids
-/// is shared among them, so that sums are over the union.
+/// Spreads `count` points evenly over each ellipsoid, weighted by volume; a point inside several
+/// ellipsoids is shared among them, so that sums are over the union.
 fn weighted_points(ellipsoids: &[Ellipsoid], count: usize) -> Vec<(Vector3<f64>, f64)> {
     let mut out = Vec::with_capacity(ellipsoids.len() * count);
     for ellipsoid in ellipsoids {

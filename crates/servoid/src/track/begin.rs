@@ -36,6 +36,7 @@ impl Tracker {
         // Nothing of the previous state remains, and a start that fails changes nothing.
         let mut fresh = Self::new(&self.frame.cameras, &self.target.body, self.settings)?;
         fresh.target.keyframes = Keyframes::after(&self.target.keyframes);
+        fresh.look_alikes.avoid_as(&self.look_alikes);
         let estimate = fresh.initialize(observation, world_from_object, masks)?;
         *self = fresh;
         Ok(estimate)
@@ -142,6 +143,7 @@ impl Tracker {
         // The last pose says nothing about the current motion.
         self.status = Status::Searching;
         self.accept_or_miss(observation.time_s, &found, &hypothesis, self.settings.trusted);
+        self.note_dropped(self.status == Status::Tracking);
         let estimate = self.estimate(observation, &hypothesis);
         // Even if it is not trusted, the best guess is better than the last pose.
         let timing = clock.timing();

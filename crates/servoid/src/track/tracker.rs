@@ -164,6 +164,7 @@ impl Tracker {
             clock.lap(|timing| &mut timing.search);
         }
         self.accept_or_miss(observation.time_s, &expected, &hypothesis, least);
+        self.note_dropped(self.status == Status::Tracking);
         self.note_newest(observation);
         if self.status == Status::Tracking {
             self.follow_held_back(observation, &hypothesis);

@@ -42,7 +42,8 @@ proptest! {
         prop_assert!((shared - expected).abs() < 0.08, "{shared} for {expected}");
         // A small one inside a large one is not at its place.
         let around = dumbbell(pose, 0.05 * larger);
-        prop_assert!((own.overlap(&around) - larger.powi(-3)).abs() < 0.12, "{} for {}", own.overlap(&around), larger.powi(-3));
+        let (shared, expected) = (own.overlap(&around), larger.powi(-3));
+        prop_assert!((shared - expected).abs() < 0.12, "{shared} for {expected}");
     }
 
     #[test]

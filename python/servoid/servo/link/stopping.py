@@ -36,7 +36,7 @@ class StoppingTrajectory:
         deceleration = settings.braking_share * joints.acceleration
         hand = np.arange(len(velocities)) < joints.hand_count
         needed = np.abs(velocities) / deceleration
-        ends = [_braking_s(needed[part]) for part in (hand, ~hand)]
+        ends = [_braking_s(needed[part], velocities[part]) for part in (hand, ~hand)]
         if abs(ends[0] - ends[1]) < _SHORTEST_S and min(ends) > 0.0:
             ends = [max(ends)] * 2
         braking = np.where(hand, *ends)
@@ -98,7 +98,7 @@ class StoppingTrajectory:
         return None
 
 
-def _braking_s(needed: Floats) -> float:
+def _braking_s(needed: Floats, velocities: Floats) -> float:
     """Return the time in which joints brake together, from the times that each one needs."""
-    longest = float(np.max(needed, initial=0.0))
-    return max(longest, _SHORTEST_S) if longest > 0.0 else 0.0
+    # The least speeds need a time that rounds to 0.
+    return max(float(needed.max()), _SHORTEST_S) if velocities.any() else 0.0

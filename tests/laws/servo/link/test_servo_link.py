@@ -5,7 +5,7 @@ import json
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from linked_joints import SETTINGS, Bench
 
@@ -18,6 +18,7 @@ SHARES = st.lists(st.floats(-1.0, 1.0), min_size=10, max_size=10).map(np.array)
 BRAKING_S = 0.25 / SETTINGS.braking_share  # of the PA-10's joints from their fastest speeds
 
 
+@example(share=np.array([*np.zeros(9), 5e-324]), hold_s=0.5, tiny=1.0)
 @given(share=SHARES, hold_s=st.floats(0.01, 0.5), tiny=st.sampled_from([1.0, 1e-3, 1e-9, 1e-300]))
 def test_every_command_is_a_motion_within_limits_that_ends_at_rest(
     share: np.ndarray, hold_s: float, tiny: float

@@ -168,7 +168,7 @@ impl Frame {
 }
 
 /// Adds a notice once.
-pub(super) fn note(notices: &mut Vec<Notice>, notice: Notice) {
+fn note(notices: &mut Vec<Notice>, notice: Notice) {
     if !notices.contains(&notice) {
         notices.push(notice);
     }

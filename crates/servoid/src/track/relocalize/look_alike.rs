@@ -8,8 +8,8 @@ use crate::camera::{Camera, ImageBuffer, Observation};
 use crate::pose::Pose;
 use crate::shape::{Body, Outline};
 use crate::track::estimate::Notice;
-use crate::track::frame::window::bounds;
-use crate::track::frame::{Frame, note};
+use crate::track::frame::Frame;
+use crate::track::frame::window::{Window, bounds};
 use crate::track::inputs::Inputs;
 use crate::track::pose::hypothesis::{COARSEST, Hypothesis};
 use crate::track::pose::refine::{Workspace, refine};
@@ -22,8 +22,10 @@ const EVERY: usize = 8;
 /// Share of the object's image at one pose inside its image at another from which on an earlier
 /// image does not tell what else was there.
 const BESIDE: f64 = 0.3;
-/// Radii within which an object that rests is found in an earlier image.
+/// Radii within which an object that rests is found in an earlier image, and the share of its image
+/// there inside the one at the pose that is compared.
 const AT_REST: f64 = 0.3;
+const SAME_IMAGE: f64 = 0.6;
 /// Cells along one side of a grid over the object's image.
 const CELLS: usize = 16;
 
@@ -43,6 +45,8 @@ pub(in crate::track) struct LookAlikes {
     left: usize,
     /// Poses of what looks like the object and is another one.
     known: Vec<Pose>,
+    /// Why poses of the present observation were dropped.
+    dropped: Vec<Notice>,
     /// Other tracked objects, where they are now.
     others: Vec<Body>,
     frame: Frame,
@@ -66,10 +70,16 @@ impl LookAlikes {
             instant: None,
             left: 0,
             known: Vec::new(),
+            dropped: Vec::new(),
             others: Vec::new(),
             frame: Frame::new(cameras),
             workspace: Workspace::default(),
         }
+    }
+
+    /// Avoids the same other objects.
+    pub(in crate::track) fn avoid_as(&mut self, other: &Self) {
+        self.others.clone_from(&other.others);
     }
 
     /// Forgets all images.
@@ -126,15 +136,28 @@ impl Tracker {
     /// Returns whether what is found at a pose is another object: one that is tracked itself, or one
     /// that looks alike and was there while this one was surely seen elsewhere.
     pub(in crate::track) fn is_other(&mut self, pose: &Pose) -> bool {
-        if self.is_taken(pose) {
-            note(&mut self.frame.notices, Notice::Taken);
-            return true;
+        let why = if self.is_taken(pose) {
+            Notice::Taken
+        } else if self.is_known_look_alike(pose) || self.stood_there(pose) {
+            Notice::LookAlike
+        } else {
+            return false;
+        };
+        let dropped = &mut self.look_alikes.dropped;
+        if !dropped.contains(&why) {
+            dropped.push(why);
         }
-        let is_other = self.is_known_look_alike(pose) || self.stood_there(pose);
-        if is_other {
-            note(&mut self.frame.notices, Notice::LookAlike);
+        true
+    }
+
+    /// Adds to the notices why poses were dropped, unless another one was found instead.
+    pub(in crate::track) fn note_dropped(&mut self, is_found: bool) {
+        let dropped = self.look_alikes.dropped.drain(..);
+        if is_found {
+            drop(dropped);
+        } else {
+            self.frame.notices.extend(dropped);
         }
-        is_other
     }
 
     fn is_taken(&self, pose: &Pose) -> bool {
@@ -163,14 +186,15 @@ impl Tracker {
         if !frame.open_windows(&observation, (pose, solid, MARGIN), colors) {
             return false;
         }
-        for window in &mut frame.windows {
+        let share = |window: &Window, (pose, other): (&Pose, &Pose)| -> Option<f64> {
             let outlines = |pose: &Pose| -> Option<Vec<Outline>> {
                 Some(solid.outlines(&window.projection(pose)?).collect())
             };
-            let images = (outlines(pose), outlines(&instant.world_from_object));
-            if let (Some(there), Some(own)) = images
-                && share_inside(&there, &own) > BESIDE
-            {
+            Some(share_inside(&outlines(pose)?, &outlines(other)?))
+        };
+        let own = instant.world_from_object;
+        for window in &mut frame.windows {
+            if share(window, (pose, &own)).is_some_and(|share| share > BESIDE) {
                 window.close();
             }
         }
@@ -183,7 +207,13 @@ impl Tracker {
         let inputs = Inputs::new(frame, &observation, target, settings);
         let found = refine(&inputs, (*pose, COARSEST), None, workspace);
         let quality = verify(&inputs, &found, workspace);
-        let is_other = distance(&found.pose, pose) <= AT_REST * solid.radius
+        // From a pose beside the object, the refinement may find the object itself.
+        let is_there = frame.windows.iter().filter(|window| window.is_open()).all(|window| {
+            let inside = |other: &Pose| share(window, (&found.pose, other)).unwrap_or(1.0);
+            inside(&own) <= BESIDE && inside(pose) >= SAME_IMAGE
+        });
+        let is_other = is_there
+            && distance(&found.pose, pose) <= AT_REST * solid.radius
             && quality.visible >= settings.trusted
             && quality.recognised >= LEAST_RECOGNISED * target.reference.recognised;
         if is_other {
@@ -215,8 +245,6 @@ fn share_inside(image: &[Outline], other: &[Outline]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
-
     use super::*;
     use crate::camera::{Channels, ImageView};
     use crate::pose::Twist;
@@ -229,10 +257,11 @@ mod tests {
 
     #[test]
     fn images_are_stored_now_and_then_and_the_last_ones_count() {
-        let pixels = vec![7; 640 * 480];
-        let image = ImageView::new(&pixels, [640, 480], Channels::Grey).unwrap();
+        let pixels = |number: usize| vec![number as u8; 640 * 480];
         let mut tracker = tracker(Status::Tracking, 60.0);
         for number in 0..=2 * EVERY {
+            let now = pixels(number);
+            let image = ImageView::new(&now, [640, 480], Channels::Grey).unwrap();
             let (time_s, x) = (number as f64, 1e-3 * number as f64);
             let world_from_camera = vec![at(x)];
             let (images, depths) = (vec![Some(image)], Vec::new());
@@ -240,10 +269,11 @@ mod tests {
             tracker.frame.check(&observation).unwrap();
             tracker.look_alikes.keep(&observation, &at(x), &tracker.frame);
             let kept = tracker.look_alikes.instant.as_ref().unwrap();
-            let last = 1e-3 * (number - number % EVERY) as f64;
+            let stored = number - number % EVERY;
+            let last = 1e-3 * stored as f64;
             assert_eq!(kept.world_from_object, at(last));
             assert_eq!(kept.observation().world_from_camera, [at(last)]);
-            assert_eq!(kept.observation().images[0].unwrap().bytes(), &pixels[..]);
+            assert_eq!(kept.observation().images[0].unwrap().bytes(), &pixels(stored)[..]);
         }
         tracker.look_alikes.forget();
         assert!(tracker.look_alikes.instant.is_none());
@@ -260,10 +290,27 @@ mod tests {
         let mut tracker = tracker(Status::Tracking, 60.0);
         tracker.avoid(vec![tracker.target.body.at(at(0.3))]);
         for (x, is_other) in [(0.3, true), (0.31, true), (0.4, false), (0.0, false)] {
-            tracker.frame.notices.clear();
-            assert_eq!(tracker.is_other(&at(x)), is_other, "{x}");
-            assert_eq!(tracker.frame.notices.contains(&Notice::Taken), is_other);
+            for is_found in [true, false] {
+                assert_eq!(tracker.is_other(&at(x)), is_other, "{x}");
+                tracker.frame.notices.clear();
+                tracker.note_dropped(is_found);
+                let is_said = tracker.frame.notices.contains(&Notice::Taken);
+                assert_eq!(is_said, is_other && !is_found);
+            }
         }
+    }
+
+    #[test]
+    fn a_start_keeps_the_others_that_are_avoided() {
+        let mut tracker = tracker(Status::Tracking, 60.0);
+        tracker.avoid(vec![tracker.target.body.at(at(0.3))]);
+        let pixels: Vec<_> = (0..640 * 480_u64).map(|at| (at * at % 251) as u8).collect();
+        let images = vec![ImageView::new(&pixels, [640, 480], Channels::Grey).ok()];
+        let world_from_camera = vec![Pose::identity()];
+        let observation =
+            Observation { time_s: 0.0, world_from_camera, images, depths: Vec::new() };
+        tracker.start(&observation, at(0.0), &[]).unwrap();
+        assert!(tracker.is_other(&at(0.3)));
     }
 
     #[test]
@@ -290,6 +337,6 @@ mod tests {
         let half = share_inside(&outlines(0.0), &outlines(0.05));
         assert!(0.2 < half && half < 0.6, "{half}");
         assert!(share_inside(&[], &outlines(0.0)) == 0.0);
-        assert!(distance(&at(0.0), &at(0.3)) - Vector3::new(0.3, 0.0, 0.0).norm() < 1e-12);
+        assert!((distance(&at(0.0), &at(0.3)) - 0.3).abs() < 1e-12);
     }
 }

@@ -39,12 +39,24 @@ def enlarged(mask: Mask) -> Mask:
     return np.asarray(cv2.resize(small, (320, 240), interpolation=cv2.INTER_CUBIC), np.uint8)
 
 
-def share(folder: Path, mask: NDArray[np.generic]) -> float:
+def share(folder: Path, mask: NDArray[np.uint8 | np.uint16]) -> float:
     assert cv2.imwrite(str(folder / "mask.png"), mask)
     return grey_share(folder / "mask.png")
 
 
-HARMLESS: dict[str, Callable[[Mask], NDArray[np.generic]]] = {
+def label(mask: Mask) -> Mask:
+    return np.maximum(mask // 2, disk(15.0))
+
+
+def on_black(mask: Mask) -> Mask:
+    """Return a picture of a dark object with texture and a highlight, black around it."""
+    noise = np.random.default_rng(1).normal(90.0, 300.0, mask.shape).astype(np.float32)
+    seen = np.clip(np.asarray(cv2.GaussianBlur(noise, (0, 0), 2.0)), 1.0, 120.0)
+    seen[100:110, 140:150] = 255.0
+    return np.where(mask > 0, seen, 0.0).astype(np.uint8)
+
+
+HARMLESS: dict[str, Callable[[Mask], NDArray[np.uint8 | np.uint16]]] = {
     "255": lambda mask: mask,
     "1": lambda mask: mask // 255,
     "100": lambda mask: mask // 255 * np.uint8(100),
@@ -54,8 +66,11 @@ HARMLESS: dict[str, Callable[[Mask], NDArray[np.generic]]] = {
     "jpeg 90": as_jpeg(90),
     "smooth border": blurred(0.5),
     "nothing": np.zeros_like,
+    "two labels": label,
+    "picture": on_black,
+    "picture of 16 bits": lambda mask: on_black(mask).astype(np.uint16) * 257,
 }
-GREY: dict[str, Callable[[Mask], NDArray[np.generic]]] = {
+GREY: dict[str, Callable[[Mask], NDArray[np.uint8 | np.uint16]]] = {
     "blurred": blurred(4.0),
     "enlarged": enlarged,
     "probability below a half": lambda mask: blurred(4.0)(mask) // 2,
@@ -67,6 +82,23 @@ GREY: dict[str, Callable[[Mask], NDArray[np.generic]]] = {
 @pytest.mark.parametrize("name", HARMLESS)
 def test_masks_without_probabilities_are_not_noted(tmp_path: Path, name: str) -> None:
     assert grey_note(share(tmp_path, HARMLESS[name](disk()))) is None
+
+
+@pytest.mark.parametrize("axes_px", [(4, 4), (6, 6), (10, 10), (60, 5), (60, 2), (120, 10)])
+@pytest.mark.parametrize("sigma_px", [0.0, 0.5, 0.8])
+def test_smooth_borders_are_not_noted_however_small_or_slender_the_object_is(
+    tmp_path: Path, axes_px: tuple[int, int], sigma_px: float
+) -> None:
+    mask = np.zeros((240, 320), np.uint8)
+    cv2.ellipse(mask, (160, 120), axes_px, 20, 0, 360, (255,), -1, cv2.LINE_AA)
+    assert grey_note(share(tmp_path, blurred(sigma_px)(mask) if sigma_px else mask)) is None
+
+
+@pytest.mark.parametrize("radius_px", [6.0, 10.0, 40.0, 100.0])
+def test_wide_borders_are_noted_whatever_the_size_of_the_object(
+    tmp_path: Path, radius_px: float
+) -> None:
+    assert grey_note(share(tmp_path, blurred(3.0)(disk(radius_px)))) is not None
 
 
 @pytest.mark.parametrize("name", GREY)

@@ -7,6 +7,7 @@ from servoid.camera.exif import Exif, read_exif
 from servoid.camera.grey_mask import grey_note, grey_share
 from servoid.camera.image_size import JPEG, PNG, read_image_size, size_in_header
 from servoid.camera.images import (
+    IMAGE_SUFFIXES,
     Recorded,
     check_size,
     decode_bytes,

@@ -18,6 +18,7 @@ from servoid.errors import ImageError, MaskError
 if TYPE_CHECKING:
     import cv2
 
+IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".ppm", ".pgm")
 _PNG_BIT_DEPTH = 24  # offset in the file
 _OTHER_DEEP = (b"II*\0", b"MM\0*", b"P5", b"P6")  # TIFF, PGM and PPM, whose values may have 16 bits
 _PNG_AROUND = 12  # the length, type and checksum of a chunk

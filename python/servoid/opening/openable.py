@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from servoid.camera import VIDEO_SUFFIXES
+from servoid.camera import IMAGE_SUFFIXES, VIDEO_SUFFIXES
 from servoid.config import is_folder
 from servoid.errors import CaptureError
 from servoid.exchange import bop, is_capture, nerfstudio
 from servoid.exchange.shapes import SUFFIXES as MESH_SUFFIXES
-from servoid.opening.word import BAG_SUFFIXES, IMAGE_SUFFIXES, Kind, SourceWord
+from servoid.opening.word import BAG_SUFFIXES, Kind, SourceWord
 from servoid.words import joined
 
 

@@ -8,7 +8,7 @@ from enum import Enum
 from pathlib import Path
 
 from servoid.brief import brief
-from servoid.camera import VIDEO_SUFFIXES
+from servoid.camera import IMAGE_SUFFIXES, VIDEO_SUFFIXES
 from servoid.config import SETTINGS_FILE, check_regular, exists, is_file, is_folder, read_text
 from servoid.errors import CaptureError
 from servoid.exchange import holds_bag, is_capture
@@ -22,7 +22,6 @@ _PIPELINE = " ! "  # joins the parts of a GStreamer pipeline
 _DEVICES = "/dev/"
 BAG_SUFFIXES = (".mcap", ".bag", ".db3")
 BAG_FOLDER = "metadata.yaml"
-IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".webp", ".ppm", ".pgm")
 _WILD = re.compile(r"[*?\[]")
 _DEVICE_KEY = re.compile(r"^\s*device\s*=", re.MULTILINE)
 _CAMERA_TABLE = re.compile(r"^\s*\[\[\s*camera\s*\]\]", re.MULTILINE)

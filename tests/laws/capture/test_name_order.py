@@ -1,6 +1,7 @@
 """Names of images: their order as text and by number, and names that count twice."""
 
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -39,8 +40,31 @@ def test_the_note_on_an_order_names_files_and_how_to_pad_them() -> None:
 
 
 @pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (["10_rgb_0.png", "2_rgb_0.png"], "10_rgb_0.png comes before 2_rgb_0.png"),
+        (["10_rgb_0.png", "2_rgb_0.png"], "such as 02_rgb_0.png, "),
+        (["cam0_7.5.jpg", "cam0_10.25.jpg"], "such as cam0_07.5.jpg, "),
+        (["frame.10", "frame.9"], "such as frame.09, "),
+        (["seq10/image.png", "seq2/image.png"], "such as seq02, "),
+        (["seq10/1.png", "seq10/2.png", "seq2/1.png"], "seq10 comes before seq2;"),
+        (["img9.png", "img10.png", "reference.png"], "such as img09.png, "),
+    ],
+)
+def test_the_number_that_is_out_of_order_is_padded(names: list[str], told: str) -> None:
+    assert told in (noted(names) or "")
+
+
+@given(st.randoms(use_true_random=False), st.integers(2, 300), st.sampled_from([4, 6, 8, 16, 32]))
+def test_digests_are_not_noted(random: Random, count: int, digits: int) -> None:
+    names = [f"{random.getrandbits(4 * digits):0{digits}x}.png" for _ in range(count)]
+    assert noted(list(set(names))) is None
+
+
+@pytest.mark.parametrize(
     "names",
     [
+        ["2024-01-02 12.5.30.png", "2024-01-02 12.10.31.png"],  # numbers of several kinds
         ["1305031102.1753.png", "1305031102.2.png", "1305031103.png"],  # fractions of seconds
         ["a3f9.jpg", "a12b.jpg", "9c.jpg"],  # hashes
         ["left.jpg", "right.jpg"],
@@ -75,6 +99,15 @@ def test_two_files_of_one_name_are_not_two_images(tmp_path: Path) -> None:
     with pytest.raises(CaptureError, match=r"2\.jpg and 2\.png have the same name"):
         open_recorded(parse_source(str(folder)), GivenCalibration(fov_deg=60.0))
     (folder / "2.jpg").rename(folder / "3.jpg")
+    assert len(open_capture(tmp_path)) == 3
+
+
+def test_names_that_number_images_behind_the_dot_are_images_of_their_own(tmp_path: Path) -> None:
+    write_images(tmp_path / "left", ["1.png", "2.png", "3.png"])
+    for index in range(3):
+        (tmp_path / "left" / f"{index + 1}.png").rename(tmp_path / "left" / f"frame.{index:04}")
+    toml = camera_toml("left", "left/frame.*", "left/*.png").replace('masks = "left/*.png"\n', "")
+    (tmp_path / "capture.toml").write_text(f"version = 1\n{toml}")
     assert len(open_capture(tmp_path)) == 3
 
 

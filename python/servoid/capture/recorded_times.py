@@ -13,8 +13,11 @@ _UNITS = (("milliseconds", 1e3), ("microseconds", 1e6), ("nanoseconds", 1e9))
 _UNIT_OFF = 1.5  # factor between the rate and times of another unit; dropped images lengthen steps
 _RATE_OFF = 0.05  # of a video, whose own times are not used
 _TIMES_OFF = 0.25  # of times that are used whatever the rate is; those of a live source vary
-# Of observations without a rate: photographs are taken at any time, but not as regularly.
-_LONG_S = 5.0
+# Without a rate, they may be photographs, taken at any time: only steps that are even, and those of
+# a usual camera in another unit, are doubtful. Its rate is none whose steps one would choose.
+_USUAL_HZ = (15.0, 24.0, 25.0, 30.0, 60.0)
+_USUAL_OFF = 0.02
+_LONG_S = 20.0
 _EVEN = 0.2
 _LEAST_EVEN = 10  # observations
 
@@ -22,7 +25,8 @@ _LEAST_EVEN = 10  # observations
 def times_notes(path: Path, times_s: Sequence[float], rate_hz: float | None) -> Iterator[str]:
     """Report times, read from the file `path`, that are doubtful for observations of a rate.
 
-    `times_s` are the times in their order, which should increase, in seconds.
+    `times_s` are the times in their order, in seconds; those of a recording, which has a rate,
+    should increase.
 
     Raises:
         CaptureError: the observations are a recording, of `rate_hz` a second, and most times do
@@ -35,12 +39,10 @@ def times_notes(path: Path, times_s: Sequence[float], rate_hz: float | None) -> 
     step_s = median(steps)
     late = sum(step <= 0.0 for step in steps)
     if step_s <= 0.0:
-        told = _unordered(path, times_s, late)
         if rate_hz is not None:
-            raise CaptureError(told)
-        yield told
+            raise CaptureError(_unordered(path, times_s, late))
         return
-    if late:
+    if late and rate_hz is not None:
         first = next(index for index, step in enumerate(steps) if step <= 0.0)
         yield (
             f"{path}: {counted(late, 'time is', 'times are')} not later than the one before, the "
@@ -70,7 +72,8 @@ def video_rate_note(path: Path, facts: VideoFacts, rate_hz: float) -> str | None
         own_hz = 1.0 / median(after - before for before, after in pairwise(facts.times_s))
     if own_hz is None:
         return None
-    return _rate_note(rate_hz, own_hz, f"{path} itself", by_times=False)
+    note = _rate_note(rate_hz, own_hz, f"{path} itself", by_times=False)
+    return None if note is None else f"{note}, unless it is slow motion or time lapse"
 
 
 def _rate_note(rate_hz: float, own_hz: float, whose: str, *, by_times: bool) -> str | None:
@@ -108,4 +111,7 @@ def _unit_of(
     inside = sum(abs(step - step_s) <= _EVEN * step_s for step in steps)
     if step_s < _LONG_S or len(steps) < _LEAST_EVEN or inside < 0.9 * len(steps):
         return None
-    return next((unit for unit in _UNITS if step_s < unit[1] * _LONG_S), _UNITS[-1])
+    for unit in _UNITS:
+        if any(abs(step_s * usual / unit[1] - 1.0) <= _USUAL_OFF for usual in _USUAL_HZ):
+            return unit
+    return None

@@ -7,6 +7,7 @@ import pytest
 
 from conftest import camera_toml, capture_toml, write_png
 from servoid.capture import Capture, open_capture
+from servoid.capture.recorded_times import times_notes
 from servoid.errors import CaptureError
 from servoid.record import image_video
 
@@ -70,8 +71,23 @@ def test_times_that_do_not_increase_are_refused_for_a_recording(
 ) -> None:
     with pytest.raises(CaptureError, match=fault):
         opened(tmp_path / "recording", times)
-    (note,) = opened(tmp_path / "no_rate", times, None).notes
-    assert note.startswith(str(tmp_path))
+    assert opened(tmp_path / "no_rate", times, None).notes == ()
+
+
+@pytest.mark.parametrize("step_s", [5.0, 7.5, 10.0, 20.0, 30.0, 60.0, 100.0, 3600.0, 86400.0])
+def test_photographs_may_be_taken_at_even_times(tmp_path: Path, step_s: float) -> None:
+    times = [0.3 + step_s * index for index in range(36)]
+    assert list(times_notes(tmp_path / "poses.csv", times, None)) == []
+
+
+@pytest.mark.parametrize("hz", [15.0, 24.0, 25.0, 30.0])
+@pytest.mark.parametrize("per_s", [1e3, 1e6, 1e9])
+def test_steps_of_a_usual_camera_in_another_unit_are_noted(
+    tmp_path: Path, hz: float, per_s: float
+) -> None:
+    times = [float(round(per_s * index / hz)) for index in range(36)]
+    (note,) = times_notes(tmp_path / "poses.csv", times, None)
+    assert f"divide them by {per_s:.0f}," in note
 
 
 def test_a_single_time_that_does_not_increase_is_noted(tmp_path: Path) -> None:
@@ -102,5 +118,6 @@ def test_a_rate_that_a_video_contradicts_is_noted_with_both(tmp_path: Path, rate
         (note,) = capture.notes
         assert note.startswith("rate_hz is 30, but ")
         assert "film.mp4 itself has 60 observations per second (median); rate_hz is used" in note
+        assert note.endswith("correct what is wrong, unless it is slow motion or time lapse")
     assert capture.times_s is not None
     assert capture.times_s[1] == pytest.approx(1.0 / rate_hz)

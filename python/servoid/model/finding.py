@@ -41,7 +41,8 @@ def find_in_view(
 
     """
     notes: list[str] = []
-    found = find_with_doubts(target, image, _seen_depth(target, view, image, views, notes))
+    depth = _seen_depth(target, view, image, views, notes)
+    found = find_with_doubts(target, image, depth, bits=view.picture.bits)
     if found.doubt is not None:  # which depth might have settled
         return replace(found, doubt="; ".join((found.doubt, *notes)))
     return replace(found, notes=(*notes, *found.notes))

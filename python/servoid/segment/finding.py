@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from servoid.brief import brief
-from servoid.camera import gaussian, grey_note, grey_share, read_image, read_mask
+from servoid.camera import WHOLE_BITS, gaussian, grey_note, grey_share, read_image, read_mask
 from servoid.config import exists, missing
 from servoid.errors import DoubtError, ImageError, MaskError, ServoidError, TargetError, located
 from servoid.segment.answers import CLEAR, HAND_PX, STEADY, Answers
@@ -56,7 +56,12 @@ class Found:
 
 
 def find_object(
-    target: Target, image: Image, depth: Depth | None = None, *, trusted: bool = False
+    target: Target,
+    image: Image,
+    depth: Depth | None = None,
+    *,
+    trusted: bool = False,
+    bits: int = WHOLE_BITS,
 ) -> Mask:
     """Find the object that a target means in an image: the mask, (H, W) uint8, 255 on the object.
 
@@ -66,6 +71,8 @@ def find_object(
         image: (H, W, 3) uint8, RGB.
         depth: a depth image in the same pixels, if there is one; NaN or 0 where it is unknown.
         trusted: use the most likely mask, even if another object may be meant.
+        bits: how many of 16 bits the values of a 16-bit image of the background have, which are
+            those of the image.
 
     Raises:
         DoubtError: another object may be meant: the target moved by 3 px finds another one, several
@@ -75,7 +82,7 @@ def find_object(
         ImageError: the same for the image of a background.
 
     """
-    found = find_with_doubts(target, image, depth)
+    found = find_with_doubts(target, image, depth, bits=bits)
     return found.mask if trusted else undoubted(found, target, image)
 
 
@@ -92,7 +99,9 @@ def undoubted(found: Found, target: Target, image: Image) -> Mask:
     raise DoubtError(message, image, found.answers)
 
 
-def find_with_doubts(target: Target, image: Image, depth: Depth | None = None) -> Found:
+def find_with_doubts(
+    target: Target, image: Image, depth: Depth | None = None, *, bits: int = WHOLE_BITS
+) -> Found:
     """Find the object that a target means in an image, and report any doubt about it.
 
     Arguments and errors are those of `find_object`, except that a doubt raises no error: it is in
@@ -105,7 +114,7 @@ def find_with_doubts(target: Target, image: Image, depth: Depth | None = None) -
                 f"the depth image has the shape {depth.metres.shape}, the image "
                 f"{image.shape[:2]}; give depth in the pixels of the image"
             )
-        found = _find(target, image, depth)
+        found = _find(target, image, depth, bits)
         if not found.mask.any():
             raise TargetError(_nothing_found(target, image))
         if found.mask.all():
@@ -138,7 +147,7 @@ _DOUBT_REMEDIES: dict[type, str] = {
 }
 
 
-def _find(target: Target, image: Image, depth: Depth | None) -> Found:
+def _find(target: Target, image: Image, depth: Depth | None, bits: int) -> Found:
     size_px = image.shape[1], image.shape[0]
     match target:
         case MaskTarget(path=path):
@@ -148,7 +157,7 @@ def _find(target: Target, image: Image, depth: Depth | None) -> Found:
             return replace(_drawn(read_mask(path, size_px)), notes=notes)
         case BackgroundTarget(path=path):
             _check_there(path, ImageError, "an image of the scene without the object")
-            return _alone(changed_part(image, read_image(path, size_px)))
+            return _alone(changed_part(image, read_image(path, size_px, bits=bits)))
         case HueTarget():
             return _alone(hue_part(image, target))
         case BoxTarget():

@@ -212,6 +212,17 @@ def test_a_background_without_a_change_finds_nothing(tmp_path: Path) -> None:
         )
 
 
+@pytest.mark.parametrize("bits", [8, 10, 12, 16])
+def test_a_background_is_read_with_the_bits_of_its_image(tmp_path: Path, bits: int) -> None:
+    image, mask, floor = drawn()
+    write_png(tmp_path / "empty.png", floor)
+    expected = find_object(BackgroundTarget(tmp_path / "empty.png"), image)
+    assert cv2.imwrite(str(tmp_path / "deep.png"), floor[..., ::-1].astype(np.uint16) << (bits - 8))
+    found = find_object(BackgroundTarget(tmp_path / "deep.png"), image, bits=bits)
+    np.testing.assert_array_equal(found, expected)
+    assert float((found & mask).sum()) > 0.9 * float((found | mask).sum())
+
+
 def test_a_mask_is_taken_as_it_is(tmp_path: Path) -> None:
     image, mask, _ = drawn()
     write_png(tmp_path / "mask.png", mask // 255)

@@ -11,6 +11,7 @@ from servoid.camera.images import (
     Recorded,
     check_size,
     decode_bytes,
+    largest_in_bytes,
     largest_value,
     read_image,
     read_mask,

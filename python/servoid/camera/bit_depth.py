@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from servoid.errors import ImageError
+
 WHOLE_BITS = 16
 _PLACED_LOW = (8, 10, 12)  # bits that cameras store in the lower ones of 16
 
@@ -15,9 +17,23 @@ def likely_bits(largest: int) -> int:
     return next((bits for bits in _PLACED_LOW if largest < 1 << bits), WHOLE_BITS)
 
 
-def narrowed(pixels: NDArray[np.uint16], bits: int = WHOLE_BITS) -> NDArray[np.uint8]:
-    """Return the upper 8 of so many bits; greater values become 255."""
-    return np.minimum(pixels >> (bits - 8), 255).astype(np.uint8)
+def narrowed(
+    pixels: NDArray[np.uint16], bits: int = WHOLE_BITS, place: str = "the image"
+) -> NDArray[np.uint8]:
+    """Return the upper 8 of so many bits.
+
+    Raises:
+        ImageError: a value has more bits; `place` begins the message.
+
+    """
+    largest = int(pixels.max(initial=0))
+    if largest >= 1 << bits:
+        raise ImageError(
+            f"{place} has the value {largest}, but its camera's images are taken as of {bits} bits "
+            f"of 16, as no value of those that were looked at exceeds {(1 << bits) - 1}; store all "
+            "of them in 8 bits"
+        )
+    return (pixels >> (bits - 8)).astype(np.uint8)
 
 
 def dark_words(largest: int) -> str:

@@ -71,15 +71,24 @@ def largest_value(path: Path) -> int | None:
         ImageError: the file is missing, cut short or not an image.
 
     """
+    return largest_in_bytes(read_bytes(path, ImageError, IMAGE_FILE), str(path))
+
+
+def largest_in_bytes(data: bytes, place: str) -> int | None:
+    """Return the largest value of the bytes of an image file, as `largest_value` does.
+
+    Raises:
+        ImageError: they are cut short or not an image; `place` begins the message.
+
+    """
     import cv2
 
-    data = read_bytes(path, ImageError, IMAGE_FILE)
     if not data:
-        raise ImageError(f"{path} is empty; replace the file")
+        raise ImageError(f"{place} is empty; replace the file")
     is_deep_png = data.startswith(PNG) and data[_PNG_BIT_DEPTH : _PNG_BIT_DEPTH + 1] == b"\x10"
     if not (is_deep_png or data.startswith(_OTHER_DEEP)):
         return None
-    pixels = np.asarray(decode_bytes(data, str(path), cv2.IMREAD_UNCHANGED, None, ImageError))
+    pixels = np.asarray(decode_bytes(data, place, cv2.IMREAD_UNCHANGED, None, ImageError))
     if pixels.dtype != np.uint16:
         return None
     return int(pixels.max() if pixels.ndim == 2 else pixels[..., :3].max())
@@ -230,7 +239,7 @@ def decode_bytes(
     if pixels is None:
         raise error(f"{place} cannot be decoded: it is no image or it is damaged; replace the file")
     if bits < WHOLE_BITS and pixels.dtype == np.uint16:
-        pixels = narrowed(np.asarray(pixels, np.uint16), bits)
+        pixels = narrowed(np.asarray(pixels, np.uint16), bits, place)
     height, width = pixels.shape[:2]
     if size_px is None:
         return shrink(pixels, by)

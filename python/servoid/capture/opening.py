@@ -31,9 +31,9 @@ _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy")
 def open_capture(path: str | Path, *, supplier: CalibrationSupplier | None = None) -> Capture:
     """Open a capture: a folder with a `capture.toml`, or that file itself.
 
-    Images are listed, not read, but for a few if they have 16 bits; each is checked when a view
-    reads it. A video is decoded once, to
-    count its images. `supplier` returns the calibration for a capture that has none.
+    Images are listed; only the first one of each camera is read, and a few more if that has 16
+    bits, as each is checked when a view reads it. A video is decoded once, to count its images.
+    `supplier` returns the calibration for a capture that has none.
 
     Raises:
         CaptureError: a file is missing or malformed, or files contradict each other.

@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conftest import Drawing
+from conftest import BACKGROUND, Drawing
 from servoid.camera import describe_video, largest_value, likely_bits, read_image_size
 from servoid.capture import Capture, open_capture
 from servoid.errors import CaptureError, ImageError
+from servoid.model import find_in_view
 from servoid.opening import GivenCalibration, open_recorded, parse_source
 from servoid.scan.footage import open_footage
 from servoid.scan.staging import stage
-from servoid.source import tidy_image
+from servoid.segment import BackgroundTarget
+from servoid.source import read_instants, tidy_image
 
 LOW_BITS = [8, 10, 12]
 
@@ -58,6 +60,43 @@ def test_all_images_of_a_capture_are_read_with_the_same_bits(drawn_capture: Path
     bits = {one.bits for one in open_capture(drawn_capture).cameras[0].pictures if one is not None}
     assert bits == {12} == {one.bits for one in capture.cameras[0].pictures if one is not None}
     assert open_capture(drawn_capture).all_views()[1].recorded_image().max() == 16
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+@pytest.mark.parametrize("largest", [1 << 12, 30_000, 65_535])
+def test_an_image_that_exceeds_the_bits_of_its_capture_is_an_error_of_its_own(
+    drawn_capture: Path, largest: int, suffix: str
+) -> None:
+    deepened(drawn_capture, 12, suffix)
+    path = sorted((drawn_capture / "images").iterdir())[2]  # none of those that are looked at
+    values = np.full((120, 160, 3), 3000, np.uint16)
+    values[5, 7] = largest
+    assert cv2.imwrite(str(path), values)
+    capture = open_capture(drawn_capture)
+    views = capture.all_views()
+    with pytest.raises(
+        ImageError, match=rf"{path.stem}\{suffix} has the value {largest}, .* in 8 bits"
+    ):
+        views[2].recorded_image()
+    assert views[0].recorded_image().max() <= 255
+    instants = list(read_instants(capture, capture.observations()))
+    assert [one.images[0] is None for one in instants] == [
+        place == 2 for place in range(len(views))
+    ]
+    assert any(f"has the value {largest}" in notice for notice in instants[2].notices)
+
+
+def test_a_background_is_read_with_the_bits_of_the_capture(
+    drawn_capture: Path, tmp_path: Path
+) -> None:
+    view = deepened(drawn_capture, 12).all_views()[0]
+    empty = np.full((120, 160, 3), BACKGROUND, np.uint16)
+    found = []
+    for name, values in (("8.png", empty.astype(np.uint8)), ("12.png", empty << 4)):
+        assert cv2.imwrite(str(tmp_path / name), values)
+        target = BackgroundTarget(tmp_path / name)
+        found.append(find_in_view(target, view, view.recorded_image(), [view]).mask)
+    np.testing.assert_array_equal(*found)
 
 
 @pytest.mark.parametrize("kept", [0, 100])

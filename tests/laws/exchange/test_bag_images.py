@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
-from bag_writing import image, write_bag
+from bag_writing import compressed, image, write_bag
 from scenes_bags import FRAMES, SIZE_PX, only_camera, pixels, stamp, stereo_entries
 
 from servoid.exchange import open_bag
@@ -12,7 +13,7 @@ from servoid.exchange import open_bag
 COUNT = 4
 
 
-@pytest.mark.parametrize("encoding", ["mono16", "bgr16"])
+@pytest.mark.parametrize("encoding", ["mono16", "bgr16", "png"])
 @pytest.mark.parametrize("bits", [8, 10, 12, 16])
 def test_images_of_any_bits_are_as_bright_as_in_8(tmp_path: Path, bits: int, encoding: str) -> None:
     seen = [pixels(index) for index in range(COUNT)]
@@ -21,9 +22,14 @@ def test_images_of_any_bits_are_as_bright_as_in_8(tmp_path: Path, bits: int, enc
         stored = one[..., 0] if encoding == "mono16" else one[..., ::-1]
         values = stored.astype(np.uint16) << (bits - 8)
         topic = "/stereo/left/image_raw"
-        entries.append(
-            image(topic, stamp(index), FRAMES[0], np.ascontiguousarray(values), encoding)
-        )
+        if encoding == "png":
+            data = cv2.imencode(".png", values)[1].tobytes()
+            form = "bgr16; png compressed bgr16"
+            entries.append(compressed(f"{topic}/compressed", stamp(index), FRAMES[0], data, form))
+        else:
+            entries.append(
+                image(topic, stamp(index), FRAMES[0], np.ascontiguousarray(values), encoding)
+            )
     capture = open_bag(write_bag(tmp_path / "run.mcap", entries))
     for picture, one in zip(capture.cameras[0].pictures, seen, strict=True):
         assert picture is not None

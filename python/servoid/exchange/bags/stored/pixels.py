@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.camera import WHOLE_BITS, check_size, decode_bytes, narrowed, shrink, size_in_header
+from servoid.camera import (
+    WHOLE_BITS,
+    check_size,
+    decode_bytes,
+    largest_in_bytes,
+    narrowed,
+    shrink,
+    size_in_header,
+)
 from servoid.errors import ImageError
 
 if TYPE_CHECKING:
@@ -85,7 +93,9 @@ def largest_color(image: Any, place: str) -> int | None:
         ImageError: the data are damaged; `place` begins the message.
 
     """
-    encoding = ENCODINGS.get(getattr(image, "encoding", ""))
+    if not hasattr(image, "encoding"):
+        return largest_in_bytes(bytes(image.data), place)
+    encoding = ENCODINGS.get(image.encoding)
     if encoding is None or encoding.kind != "u2":
         return None
     return int(_array_of(image, encoding, place).max(initial=0))
@@ -122,7 +132,7 @@ def colors_of(
         )
     pixels = _array_of(image, encoding, place)
     if pixels.dtype == np.uint16:
-        pixels = narrowed(pixels, bits)
+        pixels = narrowed(pixels, bits, place)
     if encoding.conversion:
         pixels = _converted(pixels, getattr(cv2, encoding.conversion), place)
     return np.ascontiguousarray(shrink(pixels, by), dtype=np.uint8)

@@ -111,3 +111,24 @@ def test_a_body_has_the_unit_that_is_given_or_none(
     assert known["units"] == "m"
     radii = [np.array(one["ellipsoids"][0]["radii"]) for one in (unknown, known)]
     np.testing.assert_allclose(radii[1], 0.25 * radii[0], rtol=1e-3)
+
+
+def test_a_track_takes_the_unit_as_a_model_does(
+    drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    path, out = as_transforms(open_capture(drawn_capture), 0.25), tmp_path / "poses.csv"
+    track = ("track", path, "--observations", ":2", "--distance", 0.6, "--out", out)
+    depths = []
+    for unit in (1.0, 0.5):
+        done = servoid_command(*track, "--unit", unit)
+        assert done.code == 0, done.err
+        assert "not in metres" not in " ".join(done.out.split())
+        place = np.genfromtxt(out, delimiter=",", skip_header=1, max_rows=1)[1:4]
+        depths.append(np.linalg.norm(place))
+    assert depths[0] != depths[1]
+    done = servoid_command("track", drawn_capture, "--unit", 1.0, "--out", out)
+    assert done.code == 1
+    assert "neither a COLMAP model nor a transforms.json" in " ".join(done.err.split())
+    done = servoid_command("track", "0", "--unit", 1.0, "--out", out)
+    assert done.code == 2
+    assert "leave --unit out" in " ".join(done.err.split())

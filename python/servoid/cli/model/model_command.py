@@ -17,6 +17,7 @@ from servoid.cli.source.options import (
     Fov,
     Rate,
     Topic,
+    Unit,
     World,
 )
 from servoid.cli.values import (
@@ -138,14 +139,7 @@ class ModelOrder(CameraOptions, ScaleOptions):
     images: Annotated[
         Path | None, typer.Option(metavar="DIR", help="The folder of a COLMAP model's images.")
     ] = None
-    unit: Annotated[
-        float | None,
-        typer.Option(
-            metavar="M",
-            help="The length in metres of one unit of a COLMAP model or a transforms.json; 1 if "
-            "they are in metres. Without, the body has no unit.",
-        ),
-    ] = None
+    unit: Unit = None
     topics: Topic = field(default_factory=list)
     world: World = None
     seed: Annotated[

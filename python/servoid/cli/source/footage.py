@@ -202,12 +202,13 @@ def open_footage(
     *,
     topics: Sequence[str] = (),
     world: str | None = None,
+    unit_m: float | None = None,
     duration_s: float | None = None,
     record: Path | None = None,
 ) -> Iterator[Footage]:
     """Open a SOURCE for the block.
 
-    `topics` and `world` are those of a bag, as in `open_bag`; the other arguments are those of
+    `topics`, `world` and `unit_m` are those of `open_any`; the other arguments are those of
     `LiveFootage`.
 
     Raises:
@@ -219,7 +220,7 @@ def open_footage(
         with LiveFootage(word, known, duration_s=duration_s, record=record) as footage:
             yield footage
         return
-    opened = open_recorded(word, known, topics=topics, world=world)
+    opened = open_recorded(word, known, topics=topics, world=world, unit_m=unit_m)
     yield RecordedFootage(opened.capture, opened.notes)
 
 

@@ -70,6 +70,16 @@ Rate = Annotated[
         rich_help_panel=_CAMERAS,
     ),
 ]
+Unit = Annotated[
+    float | None,
+    typer.Option(
+        "--unit",
+        metavar="M",
+        help="The length in metres of one unit of a COLMAP model or a transforms.json; 1 if they "
+        "are in metres. Without, the unit of lengths is unknown.",
+        rich_help_panel=_CAMERAS,
+    ),
+]
 Topic = Annotated[
     list[str],
     typer.Option(

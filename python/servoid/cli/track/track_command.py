@@ -19,6 +19,7 @@ from servoid.cli.source.options import (
     Fov,
     Rate,
     Topic,
+    Unit,
     World,
 )
 from servoid.cli.values import Method, check_count, check_seed, checked_by, slice_parser
@@ -171,6 +172,7 @@ class TrackOrder(CameraOptions):
     ] = None
     topics: Topic = field(default_factory=list)
     world: World = None
+    unit: Unit = None
     every: Annotated[
         int,
         typer.Option(

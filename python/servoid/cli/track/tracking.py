@@ -55,6 +55,7 @@ def run_track(order: TrackOrder) -> None:
         order.known,
         topics=order.topics,
         world=order.world,
+        unit_m=order.unit,
         duration_s=order.duration,
         record=order.record,
     ) as footage:
@@ -162,6 +163,7 @@ def _check_source(order: TrackOrder, word: SourceWord) -> None:
             "--every": order.every != 1,
         }
         given |= {"--topic": bool(order.topics), "--world": order.world is not None}
+        given |= {"--unit": order.unit is not None}
         for option in (option for option, is_given in given.items() if is_given):
             raise OptionError(
                 f"{word} is live, and the newest observation of its cameras is tracked each time; "

@@ -46,12 +46,9 @@ RETURNING = ("hidden", "away and back")
 class _Twins(SetUp):
     """A scene with a second object; what hides one hides the first one."""
 
-    def __init__(self, of: SetUp, own: tuple[Visual, ...], twin: tuple[Visual, ...]) -> None:
-        super().__init__(of.scene, own)
-        alone = self._alone
-        super().__init__(of.scene, (*own, *twin))
-        self._alone = alone
-        self.world_from_objects = of.world_from_objects
+    def __init__(self, of: SetUp, both: tuple[Visual, ...]) -> None:
+        super().__init__(of.scene, both)
+        self._alone, self.world_from_objects = of._alone, of.world_from_objects
 
 
 def with_twin(course: Course, seed: int, size_px: tuple[int, int] = SMALL) -> SetUp:
@@ -61,7 +58,7 @@ def with_twin(course: Course, seed: int, size_px: tuple[int, int] = SMALL) -> Se
     place = row_of(Pose.exp([*right, 0.0, 0.0, 0.0]) @ of.world_from_objects[0])
     own = make_object(course.object_of(seed))
     twin = tuple(_carried(one, place) for one in own)
-    return _Twins(of, own, twin)
+    return _Twins(of, (*own, *twin))
 
 
 def _carried(one: Visual, place: np.ndarray) -> Visual:

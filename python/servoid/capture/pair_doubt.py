@@ -27,7 +27,8 @@ from servoid.pose import exact
 
 _INSTANTS = 4
 _LEAST_TURN = 1e-4  # of the axes of two cameras, below which the focal length is unobservable
-_AT_END = "a camera was moved meanwhile, as at the end, though not at the start,"
+AT_END = "a camera was moved meanwhile, as at the end, though not at the start,"
+"""Begins what only the last images say."""
 
 
 def doubt_pair(album: Album, *, is_assumed: bool, last: int | None) -> str | None:
@@ -61,7 +62,7 @@ def _doubt_end(album: Album, last: int | None, *, is_settled: bool) -> str | Non
     if len(there) < 2 or (there[-1] >= FIRST_OF_VIDEO and is_video(first)):
         return None
     note = contradiction_note((first.name, second.name), matched_at(album, (0, 1), there[-1:]))
-    return note and (f"{_AT_END} {note}" if is_settled else note)
+    return note and (f"{AT_END} {note}" if is_settled else note)
 
 
 def _repeated(album: Album) -> str | None:

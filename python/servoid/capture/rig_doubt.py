@@ -30,7 +30,7 @@ from servoid.capture.neighbours import (
     matched_at,
     second_from_first,
 )
-from servoid.capture.pair_doubt import constrains_focal, evenly_placed
+from servoid.capture.pair_doubt import AT_END, constrains_focal, evenly_placed
 from servoid.pose import exact
 from servoid.words import joined
 
@@ -38,7 +38,6 @@ _INSTANTS = 3  # at which a pair is sought that has features in common
 _NEAREST = 2  # other cameras with which each is compared, if there are many
 _FEW = 4  # cameras, of which all pairs are compared
 _TINY_M = 1e-9  # keeps cameras at one place from a division by zero
-_AT_END = "a camera was moved meanwhile, as at the end, though not at the start,"
 
 Pair = tuple[int, int]
 
@@ -67,7 +66,7 @@ def doubt_rig(album: Album, *, is_assumed: bool, last: int | None) -> str | None
     if note is not None or count < 2 or len(album.capture.cameras) > _FEW:
         return note
     late = _doubt_at(album, [count - 1], is_assumed=is_assumed)
-    return late and f"{_AT_END} {late}"
+    return late and f"{AT_END} {late}"
 
 
 def _doubt_at(album: Album, indices: Sequence[int], *, is_assumed: bool) -> str | None:

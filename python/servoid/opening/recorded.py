@@ -94,13 +94,11 @@ def open_recorded(
             f"{word} is live, but a recorded source is needed; record one with "
             f"servoid record {word} --out run, and give that folder"
         )
-    if (
-        bop_object is None and images is None and unit_m is None
-    ):  # otherwise `open_any` says what these need
+    is_plain = bop_object is None and images is None and unit_m is None
+    if is_plain:  # otherwise `open_any` says what these need
         check_openable(word)
     if word.kind in (Kind.CAPTURE, Kind.BAG):
-        of_others = bop_object, images, unit_m
-        if word.kind is Kind.BAG and of_others == (None, None, None):
+        if word.kind is Kind.BAG and is_plain:
             opened = _open_bag(word, known, topics, world=world, rests=rests)
         elif (
             word.kind is Kind.CAPTURE

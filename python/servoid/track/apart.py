@@ -13,12 +13,17 @@ from servoid.track.starting import Followed
 Pairs = frozenset[frozenset[int]]  # of objects, by their places in the order of the subjects
 
 
+def body_of(one: Followed, tracked: Tracked) -> Body:
+    """Return the body of an object where an estimate has it."""
+    return one.body_at(tracked.estimate.world_from_object)
+
+
 def marked_in_one_place(subjects: Sequence[Subject], objects: Sequence[Followed]) -> Pairs:
     """Return which objects were at one place at first though each has a target of its own.
 
     Such are stacked cups and nested boxes, whose bodies are not hollow.
     """
-    bodies = [one.body_at(one.first.estimate.world_from_object) for one in objects]
+    bodies = [body_of(one, one.first) for one in objects]
     return frozenset(
         frozenset((one, other))
         for one, other in combinations(range(len(objects)), 2)
@@ -36,12 +41,10 @@ def still_together(objects: Sequence[Followed], tracked: Sequence[Tracked], nest
 def _are_apart(
     objects: Sequence[Followed], tracked: Sequence[Tracked], one: int, other: int
 ) -> bool:
-    estimates = tracked[one].estimate, tracked[other].estimate
-    bodies = [
-        objects[place].body_at(estimate.world_from_object)
-        for place, estimate in zip((one, other), estimates, strict=True)
-    ]
-    return all(estimate.located for estimate in estimates) and not bodies[0].shares_place(bodies[1])
+    if not (tracked[one].estimate.located and tracked[other].estimate.located):
+        return False
+    body = body_of(objects[one], tracked[one])
+    return not body.shares_place(body_of(objects[other], tracked[other]))
 
 
 def others_of(
@@ -53,7 +56,7 @@ def others_of(
     """
     pairs = enumerate(zip(objects, tracked, strict=True))
     return [
-        one.body_at(last.estimate.world_from_object)
+        body_of(one, last)
         for other, (one, last) in pairs
         if other != place and last.estimate.located and frozenset((place, other)) not in nested
     ]
@@ -68,7 +71,7 @@ def told_apart(
     """
     located = [place for place, one in enumerate(tracked) if one.estimate.located]
     bodies = {
-        place: objects[place].body_at(tracked[place].estimate.world_from_object)
+        place: body_of(objects[place], tracked[place])
         for place in (located if len(located) > 1 else ())
     }
     told = list(tracked)

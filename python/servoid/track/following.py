@@ -10,6 +10,7 @@ from servoid.errors import TrackError
 from servoid.source import Feed, Instant, read_instants
 from servoid.track.apart import (
     Pairs,
+    body_of,
     check_targets_differ,
     marked_in_one_place,
     others_of,
@@ -243,8 +244,7 @@ def _begin_all(
     begun: dict[str, Followed] = {}
     # What is marked or placed goes first, so that nothing that is sought is found there.
     for subject in sorted(subjects, key=lambda one: one.is_sought):
-        known = [one for one in begun.values() if one.first.estimate.located]
-        others = [one.body_at(one.first.estimate.world_from_object) for one in known]
+        others = [body_of(one, one.first) for one in begun.values() if one.first.estimate.located]
         begun[subject.name] = begin(
             capture, first, subject, request, has_others=has_others, others=others
         )

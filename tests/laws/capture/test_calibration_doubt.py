@@ -9,28 +9,13 @@ from commands import Command
 from numpy.typing import NDArray
 from rooms_to_scan import FOCAL_PX, SIZE_PX, write_pair
 from tiers import tiered
+from true_captures import TRUE_CAPTURES, true_capture, with_focal_share
 
 from servoid._native import Lens
-from servoid.capture import Capture, focal_fit, open_capture
+from servoid.capture import Capture, focal_fit
 from servoid.opening import doubt_calibration
 from servoid.pose import Pose
 
-DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
-CAPTURES = (
-    "stereo/mustard",
-    "stereo/mustard_hand",
-    "stereo/drill",
-    "stereo/teabox",
-    "hard/bleach_turn",
-    "hard/mug_sway",
-    "hard/mustard_half",
-    "hard/sugar_jump",
-    "photos/temple",
-    "photos/skull",
-    "photos/blowtorch",
-    "mono/dragon_red",
-    "real/cube_hand",
-)
 TELLING = ("stereo/teabox", "photos/temple", "photos/skull", "photos/blowtorch")
 
 
@@ -45,17 +30,9 @@ def toed_in(degrees: float) -> NDArray[np.float64]:
 
 def with_focal(capture: Capture, share: float) -> Capture:
     """Let a capture tell a share of its focal length."""
-
-    def lens(known: Lens) -> Lens:
-        return Lens(
-            model=known.model,
-            size_px=known.size_px,
-            focal_px=(share * known.focal_px[0], share * known.focal_px[1]),
-            center_px=known.center_px,
-            distortion=known.distortion,
-        )
-
-    cameras = tuple(replace(camera, lens=lens(camera.lens)) for camera in capture.cameras)
+    cameras = tuple(
+        replace(camera, lens=with_focal_share(camera.lens, share)) for camera in capture.cameras
+    )
     return replace(capture, cameras=cameras)
 
 
@@ -155,20 +132,16 @@ def test_the_summaries_of_model_and_track_tell_it(tmp_path: Path, servoid_comman
 
 
 @pytest.mark.extended
-@pytest.mark.parametrize("name", CAPTURES)
+@pytest.mark.parametrize("name", TRUE_CAPTURES)
 def test_a_true_calibration_is_not_doubted(name: str) -> None:
-    if not (DATA / name).is_dir():
-        pytest.skip(f"{name} is not beside the repository")
-    assert doubt_calibration(open_capture(DATA / name), is_assumed=True) is None
+    assert doubt_calibration(true_capture(name), is_assumed=True) is None
 
 
 @pytest.mark.extended
 @pytest.mark.parametrize("share", [0.6, 0.8, 0.92, 1.08, 1.15, 1.45, 1.6])
 @pytest.mark.parametrize("name", TELLING)
 def test_a_focal_length_that_photographs_contradict_is_told(name: str, share: float) -> None:
-    if not (DATA / name).is_dir():
-        pytest.skip(f"{name} is not beside the repository")
-    capture = open_capture(DATA / name)
+    capture = true_capture(name)
     doubt = doubt_calibration(with_focal(capture, share))
     assert named_px(doubt) == pytest.approx(capture.cameras[0].lens.focal_px[0], rel=0.03)
 

@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from true_captures import TRUE_CAPTURES, true_capture, with_focal_share
 
-from servoid._native import Lens
 from servoid.batch.captures import CaptureCase, model_capture
 from servoid.capture import (
     Capture,
@@ -15,20 +14,11 @@ from servoid.capture import (
     capture_of,
     doubt_calibration,
     doubt_for_model,
-    open_capture,
 )
 from servoid.exchange.captures.gathering import Shot, ShotCamera, gather
 from servoid.pose import Pose
 from servoid.sim import MovingScene, Scenario
 
-DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
-CAPTURES = (
-    *(f"stereo/{name}" for name in ("mustard", "mustard_hand", "drill", "teabox")),
-    *(f"hard/{name}" for name in ("bleach_turn", "mug_sway", "mustard_half", "sugar_jump")),
-    *(f"photos/{name}" for name in ("temple", "skull", "blowtorch")),
-    "mono/dragon_red",
-    "real/cube_hand",
-)
 INDICES = range(0, 96, 8)
 COUNT = len(INDICES)
 
@@ -57,20 +47,10 @@ def hand() -> Capture:
     return replace(made, cameras=tuple(replace(camera, name=name) for camera, name in cameras))
 
 
-def scaled(known: Lens, share: float) -> Lens:
-    return Lens(
-        model=known.model,
-        size_px=known.size_px,
-        focal_px=(share * known.focal_px[0], share * known.focal_px[1]),
-        center_px=known.center_px,
-        distortion=known.distortion,
-    )
-
-
 def with_focal(capture: Capture, *shares: float) -> Capture:
     """Let the cameras of a capture tell shares of their focal lengths."""
     cameras = tuple(
-        replace(camera, lens=scaled(camera.lens, share))
+        replace(camera, lens=with_focal_share(camera.lens, share))
         for camera, share in zip(capture.cameras, shares, strict=True)
     )
     return replace(capture, cameras=cameras)
@@ -99,7 +79,7 @@ def each_its_own(capture: Capture, shares: Sequence[float]) -> Capture:
     cameras = [
         ShotCamera(
             f"camera_{number}",
-            scaled(view.lens, share),
+            with_focal_share(view.lens, share),
             [Shot(view.picture, view.world_from_lens)],
         )
         for number, (view, share) in enumerate(zip(views, shares, strict=True))
@@ -177,7 +157,7 @@ def test_two_lenses_that_took_every_other_image_are_compared(hand: Capture) -> N
         cameras = [
             ShotCamera(
                 name,
-                scaled(views[0].lens, share * by),
+                with_focal_share(views[0].lens, share * by),
                 [Shot(view.picture, view.world_from_lens) for view in views[first::2]],
             )
             for first, (name, by) in enumerate([("one", 1.0), ("other", 1.0001)])
@@ -195,11 +175,9 @@ def test_a_batch_tells_it_as_well(hand: Capture, monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.extended
-@pytest.mark.parametrize("name", CAPTURES)
+@pytest.mark.parametrize("name", TRUE_CAPTURES)
 def test_recorded_captures_are_not_doubted_when_they_are_modelled(name: str) -> None:
-    if not (DATA / name).is_dir():
-        pytest.skip(f"{name} is not beside the repository")
-    assert doubt_for_model(open_capture(DATA / name)) is None
+    assert doubt_for_model(true_capture(name)) is None
 
 
 @pytest.mark.extended
@@ -208,10 +186,7 @@ def test_recorded_captures_are_not_doubted_when_they_are_modelled(name: str) -> 
 def test_a_wrong_focal_length_of_a_recorded_rig_that_moves_is_told(
     count: int, share: float
 ) -> None:
-    place = DATA / "stereo" / "mustard_hand"
-    if not place.is_dir():
-        pytest.skip("mustard_hand is not beside the repository")
-    capture = open_capture(place)
+    capture = true_capture("stereo/mustard_hand")
     some = replace(capture, cameras=capture.cameras[:count])
     doubt = doubt_for_model(with_focal(some, *[share] * count))
     assert doubt is not None and "fit a focal length of about 57" in doubt

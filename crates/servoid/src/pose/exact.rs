@@ -197,6 +197,12 @@ pub fn greater(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
 }
 
+/// Returns the length of a vector.
+#[must_use]
+pub fn norm(vector: &[f64]) -> f64 {
+    dot(vector, vector).sqrt()
+}
+
 /// Returns the dot product of two vectors.
 #[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -1,7 +1,7 @@
 //! The paper's PD law of the hand.
 
 use super::moving::{Moving, place, rotation, rows_of};
-use crate::pose::exact::{greater, lesser};
+use crate::pose::exact::{greater, lesser, norm};
 use crate::pose::{Pose, PoseError};
 
 /// Below this length in m/s or rad/s a velocity is not shortened.
@@ -64,6 +64,5 @@ pub fn within(twist: &[f64; 6], most: [f64; 2]) -> [f64; 6] {
 
 /// Returns the lengths of a twist's linear and angular parts.
 pub(super) fn lengths(twist: &[f64; 6]) -> [f64; 2] {
-    let length = |part: &[f64]| part.iter().fold(0.0, |sum, x| sum + x * x).sqrt();
-    [length(&twist[..3]), length(&twist[3..])]
+    [norm(&twist[..3]), norm(&twist[3..])]
 }

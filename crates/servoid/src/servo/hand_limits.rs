@@ -4,7 +4,7 @@ use super::ArmError;
 use super::arm_error::fits;
 use super::hand::lengths;
 use super::jacobian::Jacobian;
-use crate::pose::exact::{Rows, dot, greater, lesser};
+use crate::pose::exact::{Rows, dot, greater, lesser, norm};
 
 /// Share of a ball's radius by which speeds are shortened below the bound.
 const INSIDE: f64 = 1e-3;
@@ -44,7 +44,7 @@ impl HandLimits {
                 Ball { part, center: before, radius: self.steps[part] },
             ]
         };
-        let parts = [0, 1].map(|part| rows_of(jacobian, part));
+        let parts = [0, 1].map(|part| jacobian.part(part));
         Balls { parts, balls: [ball(0), ball(1)].concat() }
     }
 
@@ -70,13 +70,6 @@ impl HandLimits {
         let ticks = |length: f64, step: f64| length / ((1.0 - INSIDE) * step);
         greater(ticks(linear, self.steps[0]), ticks(angular, self.steps[1]))
     }
-}
-
-/// Returns three rows of a Jacobian: of the linear velocity, or of the angular.
-fn rows_of(jacobian: &Jacobian, part: usize) -> Rows {
-    let size = 3 * jacobian.count();
-    let numbers = jacobian.rows().numbers[part * size..(part + 1) * size].to_vec();
-    Rows { numbers, columns: jacobian.count() }
 }
 
 /// Bounds the linear or the angular velocity of a hand: within a radius of a center.
@@ -151,8 +144,4 @@ impl Balls {
         };
         Ok(self.balls.iter().map(off).collect())
     }
-}
-
-fn norm(vector: &[f64]) -> f64 {
-    vector.iter().fold(0.0, |sum, x| sum + x * x).sqrt()
 }

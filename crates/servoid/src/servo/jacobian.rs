@@ -29,6 +29,13 @@ impl Jacobian {
         &self.0
     }
 
+    /// Returns three rows: 0 for those of the linear velocity, 1 for those of the angular.
+    pub(super) fn part(&self, part: usize) -> Rows {
+        let size = 3 * self.count();
+        let numbers = self.0.numbers[part * size..(part + 1) * size].to_vec();
+        Rows { numbers, columns: self.count() }
+    }
+
     /// Returns the matrix, the rows of the hand's angular velocity multiplied by a length.
     pub(super) fn weighted(&self, angular_weight: f64) -> Rows {
         let mut weighted = self.0.clone();

@@ -2,7 +2,7 @@
 
 use super::jacobian::Jacobian;
 use super::stopping::stoppable_speed;
-use crate::pose::exact::{Rows, dot, greater, lesser};
+use crate::pose::exact::{Rows, dot, greater, lesser, norm};
 
 /// At smaller distances from the object, in m, the direction away is undefined.
 const BLIND: f64 = 1e-6;
@@ -91,9 +91,7 @@ impl VelocityLimits {
     /// the greatest products.
     #[must_use]
     pub fn rows(&self, jacobian: &Jacobian) -> (Rows, [f64; 4], [f64; 4]) {
-        let count = jacobian.count();
-        let linear =
-            Rows { numbers: jacobian.rows().numbers[..3 * count].to_vec(), columns: count };
+        let linear = jacobian.part(0);
         let row = Rows { numbers: self.toward.to_vec(), columns: 3 }.times(&linear);
         let mut matrix = linear;
         matrix.numbers.extend(row.numbers);
@@ -102,8 +100,4 @@ impl VelocityLimits {
         let ([a, b, c], [x, y, z]) = (self.lower, self.upper);
         (matrix, [a, b, c, f64::NEG_INFINITY], [x, y, z, most])
     }
-}
-
-fn norm(vector: &[f64; 3]) -> f64 {
-    vector.iter().fold(0.0, |sum, x| sum + x * x).sqrt()
 }

@@ -121,11 +121,6 @@ impl Frame {
         self.input_checks.use_as(&frame.input_checks);
     }
 
-    /// Returns whether a camera's image can be used.
-    pub(super) fn can_use(&self, camera: usize) -> bool {
-        self.input_checks.can_use(camera)
-    }
-
     /// Returns whether any camera delivered a usable image.
     pub(super) fn can_see(&self) -> bool {
         (0..self.cameras.len()).any(|camera| self.input_checks.can_use(camera))

@@ -88,7 +88,7 @@ impl LookAlikes {
         self.known.clear();
     }
 
-    /// Stores the usable images of an observation, in which the object is surely at a pose, unless
+    /// Stores the images of an observation, and which of them can be used, in which the object is surely at a pose, unless
     /// some were stored just before.
     fn keep(&mut self, observation: &Observation<'_>, pose: &Pose, frame: &Frame) {
         if self.left > 0 {
@@ -104,11 +104,9 @@ impl LookAlikes {
         });
         instant.world_from_object = *pose;
         instant.world_from_camera.clone_from(&observation.world_from_camera);
-        for (camera, (kept, image)) in
-            instant.images.iter_mut().zip(&observation.images).enumerate()
-        {
-            match image.filter(|_| frame.can_use(camera)) {
-                Some(image) => kept.get_or_insert_default().copy(&image),
+        for (kept, image) in instant.images.iter_mut().zip(&observation.images) {
+            match image {
+                Some(image) => kept.get_or_insert_default().copy(image),
                 None => *kept = None,
             }
         }
@@ -153,11 +151,7 @@ impl Tracker {
     /// Adds to the notices why poses were dropped, unless another one was found instead.
     pub(in crate::track) fn note_dropped(&mut self, is_found: bool) {
         let dropped = self.look_alikes.dropped.drain(..);
-        if is_found {
-            drop(dropped);
-        } else {
-            self.frame.notices.extend(dropped);
-        }
+        self.frame.notices.extend(dropped.filter(|_| !is_found));
     }
 
     fn is_taken(&self, pose: &Pose) -> bool {
@@ -208,9 +202,10 @@ impl Tracker {
         let found = refine(&inputs, (*pose, COARSEST), None, workspace);
         let quality = verify(&inputs, &found, workspace);
         // From a pose beside the object, the refinement may find the object itself.
-        let is_there = frame.windows.iter().filter(|window| window.is_open()).all(|window| {
-            let inside = |other: &Pose| share(window, (&found.pose, other)).unwrap_or(1.0);
-            inside(&own) <= BESIDE && inside(pose) >= SAME_IMAGE
+        let is_there = frame.windows.iter().all(|window| {
+            let inside = |other: &Pose| share(window, (&found.pose, other));
+            inside(&own).is_none_or(|share| share <= BESIDE)
+                && inside(pose).is_none_or(|share| share >= SAME_IMAGE)
         });
         let is_other = is_there
             && distance(&found.pose, pose) <= AT_REST * solid.radius

@@ -4,6 +4,7 @@
 mod outline;
 mod parting;
 mod print;
+mod report;
 mod state;
 
 pub(super) use self::parting::Parting;

@@ -18,8 +18,11 @@ from servoid.track.unobservable import unobservable_axes
 
 _CONTRADICTED = 0.6  # overlap of a given body and its mask; right poses of coarse bodies reach 0.7
 _GOOD_OVERLAP = 0.85  # of a body and its own masks, 0.93 to 0.97; other bodies reach 0.5 to 0.95
+_COARSE = 0.7  # of a body whose own overlap with its masks is not known
 _USUAL = 0.9
-_WORSE = 0.08  # overlap below the body's fitness, of a body that is coarse itself
+# Overlap below the fitness of a body that is coarse itself: right poses of one or two ellipsoids
+# reach 0.01 to 0.09.
+_WORSE, _CLEARLY_WORSE = 0.08, 0.15
 _TURN = 0.5  # radians between the start and a pose that may be right, above which they differ
 _UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
 # By which a pose is wrong: in metres, or a share of the longest side if that is more; a rotation.
@@ -93,13 +96,20 @@ def is_misfit(overlap: float | None, fitness: float | None) -> bool:
     return overlap is not None and overlap < _least(_GOOD_OVERLAP, fitness)
 
 
-def is_contradicted(overlap: float | None, fitness: float | None) -> bool:
-    """Return whether masks clearly contradict a given body at its pose; as for `is_misfit`."""
-    return overlap is not None and overlap < _least(_CONTRADICTED, fitness)
+def is_contradicted(overlap: float | None, fitness: float | None, *, is_unlike: bool) -> bool:
+    """Return whether masks clearly contradict a given body at its pose; as for `is_misfit`.
+
+    Where its appearance is not recognised either, `is_unlike`, it is enough that it misfits.
+    """
+    if is_unlike:
+        least = _COARSE if fitness is None else _least(_GOOD_OVERLAP, fitness)
+    else:
+        least = _least(_CONTRADICTED, fitness, _CLEARLY_WORSE)
+    return overlap is not None and overlap < least
 
 
-def _least(overlap: float, fitness: float | None) -> float:
-    return overlap if fitness is None else min(overlap, fitness - _WORSE)
+def _least(overlap: float, fitness: float | None, worse: float = _WORSE) -> float:
+    return overlap if fitness is None else min(overlap, fitness - worse)
 
 
 def body_doubts(

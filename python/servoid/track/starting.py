@@ -169,10 +169,9 @@ def begin(
     is_own = bool(subject.targets) or not has_others
     is_unlike = recognition is not None and recognition.is_unlike
     is_off = (
-        (_ELSEWHERE in known.doubts or is_contradicted(overlap, subject.fitness))
-        and is_own
-        and not confirms
-    ) or (distance is not None and distance.is_wrong)
+        _ELSEWHERE in known.doubts or is_contradicted(overlap, subject.fitness, is_unlike=is_unlike)
+    ) and (is_own and not confirms)
+    is_off = is_off or (distance is not None and distance.is_wrong)
     is_elsewhere = subject.body is not None and (is_unlike or is_off)
     # An appearance that is not seen may look otherwise in another light; later images tell.
     is_wrong = is_elsewhere and (is_off or (recognition is not None and recognition.is_elsewhere))

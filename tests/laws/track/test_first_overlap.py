@@ -12,7 +12,7 @@ from servoid.segment import parse_target
 from servoid.shape import Body, load_body, save_body
 from servoid.sim import write_sample
 from servoid.track import Request, Subject, TrackResult, starting, track_capture, unobservable_axes
-from servoid.track.doubts import body_doubts
+from servoid.track.doubts import Recognition, body_doubts, is_contradicted
 
 
 def words_of(folder: Path, alone: Alone, *options: object) -> str:
@@ -126,6 +126,48 @@ def test_no_pose_is_tracking_whose_start_is_not_where_the_look_is_recognised(
     wrong = followed(alone, move, knows_look=True)
     assert wrong.verdict == "poor" and wrong.tracked_count == 0
     assert any(f"recognised {words} from the given start" in doubt for doubt in wrong.doubts)
+
+
+@pytest.mark.parametrize("turn", [[3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 3.0]])
+def test_a_start_that_neither_outline_nor_look_confirms_is_wrong_for_all_poses(
+    turn: list[float], alone: Alone
+) -> None:
+    result = followed(alone, [0.0] * 3 + turn, knows_look=True)
+    assert result.overlap is not None and 0.6 < result.overlap < 0.7  # by itself a doubt only
+    for one in result.tracked:
+        assert (one.estimate.status, one.estimate.confidence) == ("searching", 0.0)
+
+
+def test_a_look_that_is_not_recognised_dooms_no_start_that_fits_its_mask(
+    alone: Alone, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    in_other_light = Recognition(Pose.identity(), is_unlike=True, is_sure=False, off=(0.3, 1.0))
+    monkeypatch.setattr(starting, "recognised", lambda *_: in_other_light)
+    first, *others = followed(alone, [0.0] * 6, knows_look=True).tracked
+    assert (first.estimate.status, first.estimate.confidence) == ("searching", 0.0)
+    assert all(one.is_tracked for one in others)
+
+
+@pytest.mark.parametrize(
+    ("overlap", "fitness", "is_unlike", "is_wrong"),
+    [
+        (0.62, 0.9, False, False),
+        (0.62, 0.9, True, True),
+        (0.81, 0.9, True, True),  # the right starts of recordings fit by 0.86 and more
+        (0.83, 0.9, True, False),
+        (0.62, 0.65, True, False),  # of a coarse body
+        (0.69, None, True, True),
+        (0.71, None, True, False),
+        (0.59, 0.9, False, True),
+        (0.48, 0.57, False, False),  # of a drill as one ellipsoid, at its right pose
+        (0.41, 0.57, False, True),
+        (None, 0.9, True, False),
+    ],
+)
+def test_an_outline_that_misfits_contradicts_a_start_whose_look_is_not_recognised(
+    overlap: float | None, fitness: float | None, is_unlike: bool, is_wrong: bool
+) -> None:
+    assert is_contradicted(overlap, fitness, is_unlike=is_unlike) == is_wrong
 
 
 def test_what_is_recognised_gives_the_pose_where_a_mask_alone_was_given(alone: Alone) -> None:

@@ -15,7 +15,8 @@ from servoid.cli.messages import print_message
 from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.progress import progress_bar
 from servoid.cli.servo.interrupted import FolderBefore, after_servoing
-from servoid.cli.servo.servo_order import RECORDED, Order
+from servoid.cli.servo.recorded_path import GivenPath, read_path, recorded_file
+from servoid.cli.servo.servo_order import Order
 from servoid.cli.servo.servo_summary import print_servo_summary
 from servoid.errors import DoubtError, TargetError
 from servoid.exchange.bags.writing import McapRun, ObjectState, RunRig, mcap_run
@@ -23,7 +24,6 @@ from servoid.output import check_folder, remove_file, write_whole
 from servoid.record import (
     ServoVideo,
     draw_answers,
-    read_trajectory,
     write_servo_log,
     write_servo_times,
 )
@@ -38,8 +38,7 @@ from servoid.sim.trial import (
     trial_rows,
     trial_toml,
 )
-from servoid.sim.world import Path as ObjectPath
-from servoid.sim.world import Recorded, World
+from servoid.sim.world import World
 from servoid.view import ServoPictures, draw_servo_plots, write_report, write_servo_report
 
 _OVERVIEW_PX = (960, 720)
@@ -68,13 +67,13 @@ def run_servo(order: Order) -> None:
             param_hint="--out",
         )
     settings = order.settings()
-    path = _recorded(settings)
-    inputs = [order.config, _recorded_file(settings)]
+    given = read_path(settings)
+    inputs = [order.config, recorded_file(settings)]
     check_inputs_kept([("--out", order.out / name) for name in _NAMES], None, inputs)
     check_folder(order.out, parents=True)
     before = FolderBefore.of(order.out)
     try:
-        trial, stopped = _servoed(order, order.out, settings, path)
+        trial, stopped = _servoed(order, order.out, settings, given)
     except KeyboardInterrupt:
         _end_interrupted(before.after_no_servoing())
     ending = _ending(trial) if stopped else None
@@ -87,7 +86,7 @@ def run_servo(order: Order) -> None:
 
 
 def _servoed(
-    order: Order, folder: Path, settings: TrialSettings, path: ObjectPath | None
+    order: Order, folder: Path, settings: TrialSettings, given: GivenPath
 ) -> tuple[ServoTrial, bool]:
     """Run, with video and recording; return also whether it was interrupted while servoing.
 
@@ -99,7 +98,7 @@ def _servoed(
     try:
         with ExitStack() as stack, progress_bar("servo run") as update:
             run = _Run(folder, settings.run.seconds, update)
-            return _trial(run, stack, order, settings, path)
+            return _trial(run, stack, order, settings, given)
     except KeyboardInterrupt:  # also while video and recording are closed
         if run is None or run.trial is None:
             raise
@@ -107,14 +106,15 @@ def _servoed(
 
 
 def _trial(
-    run: "_Run", stack: ExitStack, order: Order, settings: TrialSettings, path: ObjectPath | None
+    run: "_Run", stack: ExitStack, order: Order, settings: TrialSettings, given: GivenPath
 ) -> tuple[ServoTrial, bool]:
     """Run; an interrupt while servoing ends the run, and completes video and recording."""
     try:
         trial = run_servo_trial(
             settings,
             run.folder,
-            path=path,
+            path=given.path,
+            notes=given.notes,
             prepared=lambda world: run.prepare(world, stack, order),
             watch=run.watch,
         )
@@ -240,22 +240,6 @@ def _line(step: TrialStep, trial: ServoTrial | None) -> str:
     off = trial.log.true_goal.error(held)
     place, turn = 1e3 * float(np.linalg.norm(off[:3])), np.degrees(float(np.linalg.norm(off[3:])))
     return f"{step.stage}; accuracy {place:.1f} mm, {turn:.1f} deg"
-
-
-def _recorded(settings: TrialSettings) -> ObjectPath | None:
-    """Read the object's path from a file, if one is named."""
-    file = _recorded_file(settings)
-    if file is None:
-        return None
-    points = read_trajectory(file)
-    return Recorded(
-        [point.time_s for point in points], [point.world_from_object for point in points]
-    )
-
-
-def _recorded_file(settings: TrialSettings) -> Path | None:
-    text = settings.world.object.path
-    return Path(text.removeprefix(RECORDED)) if text.startswith(RECORDED) else None
 
 
 def remove_leftovers(folder: Path, order: Order) -> None:

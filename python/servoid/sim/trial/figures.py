@@ -18,9 +18,9 @@ def trial_rows(trial: ServoTrial) -> dict[str, str]:
 
 
 def trial_notes(trial: ServoTrial, metrics: ServoMetrics) -> tuple[str, ...]:
-    """Return the notes on the world, the looks, the body and the time that control took."""
+    """Return the notes on the path, the world, the looks, the body and the time of control."""
     late = metrics.late_note()
-    notes = (*trial.world.notes, *trial.exploration.all_notes)
+    notes = (*trial.notes, *trial.world.notes, *trial.exploration.all_notes)
     return notes if late is None else (*notes, late)
 
 

@@ -67,7 +67,7 @@ class TrialStep:
 class ServoTrial:
     """The result of a run: the explored object, its tracker, and the log of servoing.
 
-    `truth` returns the true pose of the body.
+    `truth` returns the true pose of the body; `notes` are those on what the run was given.
     """
 
     settings: TrialSettings
@@ -76,6 +76,7 @@ class ServoTrial:
     tracker: Follower
     log: ServoLog
     truth: Truth
+    notes: tuple[str, ...] = ()
 
     @property
     def appearance(self) -> bytes | None:
@@ -91,6 +92,7 @@ def run_servo_trial(
     folder: str | Path,
     *,
     path: ObjectPath | None = None,
+    notes: Sequence[str] = (),
     prepared: Callable[[World], None] | None = None,
     watch: TrialCallback | None = None,
 ) -> ServoTrial:
@@ -98,7 +100,7 @@ def run_servo_trial(
 
     The object rests until servoing begins. It is marked in the first image, as a person would do
     it; nothing else is known of it. The observations are written to `folder`. `path` replaces the
-    one in the settings; `prepared` is called with the world before anything moves.
+    one in the settings; `notes` on it are those of the trial; `prepared` is called with the world before anything moves.
 
     Raises:
         SimError, ServoError: the settings are not valid, or a fault begins after the end.
@@ -122,7 +124,7 @@ def run_servo_trial(
     truth = Truth(world, true.inverse() @ exploration.body.world_from_object)
     log = ServoLog.of(world.arm)
     log.true_goal = true_goal(world, exploration.body, goal, first)
-    trial = ServoTrial(settings, world, exploration, tracker, log, truth)
+    trial = ServoTrial(settings, world, exploration, tracker, log, truth, tuple(notes))
     _follow(trial, controller, lambda _: goal, report)
     return trial
 

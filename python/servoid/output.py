@@ -208,6 +208,41 @@ def make_folder(path: Path, *, parents: bool = False) -> None:
         raise OutputError(f"cannot make the folder {path}: {_reason(error)}") from error
 
 
+@contextmanager
+def claimed(folder: Path) -> Iterator[None]:
+    """Claim an existing folder for the block, so that no other run writes into it meanwhile.
+
+    The kernel keeps the claim, so that a run that is killed leaves none. Where folders cannot be
+    locked, as on Windows and some network drives, nothing is claimed.
+
+    Raises:
+        OutputError: another run has claimed it, or it cannot be opened.
+
+    """
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    try:
+        held = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise OutputError(f"cannot write into {folder}: {_reason(error)}") from error
+    try:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise OutputError(
+                f"another run is writing into {folder}; wait until it has ended, or name another "
+                "folder"
+            ) from error
+        except OSError:  # this file system has no locks
+            pass
+        yield
+    finally:
+        os.close(held)
+
+
 def remove_file(path: Path) -> None:
     """Remove the file or link at `path`, if there is one.
 

@@ -2,6 +2,7 @@ import html
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -23,7 +24,8 @@ from interrupted_runs import interrupt_at
 from servo_trials import log_rows, small_settings
 
 from servoid.cli.servo import servoing
-from servoid.cli.servo.servo_order import Order
+from servoid.cli.servo.leftovers import remove_leftovers
+from servoid.output import claimed
 from servoid.servo import Reason
 from servoid.shape import load_body
 from servoid.sim.trial import TrialSettings, read_trial_settings, trial_toml
@@ -174,19 +176,50 @@ def test_the_settings_of_a_run_repeat_it_to_the_bit(ran: tuple[Path, Outcome]) -
     check_recording(folder / "again")
 
 
-@pytest.mark.parametrize(("video", "mcap"), [(False, False), (True, False), (False, True)])
-def test_what_an_earlier_run_left_is_removed_unless_it_is_written_again(
-    video: bool, mcap: bool, tmp_path: Path
+def test_what_an_earlier_run_left_is_removed_and_files_of_others_stay(
+    ran: tuple[Path, Outcome], tmp_path: Path
 ) -> None:
-    for name in ("servo.mp4", "run.mcap", "mine.txt"):
-        (tmp_path / name).write_bytes(b"of an earlier run")
-    order = Order(out=tmp_path, video=video, mcap=mcap, config=None, values={})
-    servoing.remove_leftovers(tmp_path, order)
-    left = {path.name for path in tmp_path.iterdir()}
-    expected = {"servo.mp4"} if video else set[str]()
-    assert left == expected | ({"run.mcap"} if mcap else set[str]()) | {"mine.txt"}
-    (tmp_path / "empty").mkdir()
-    servoing.remove_leftovers(tmp_path / "empty", order)
+    folder, _ = ran
+    shutil.copytree(folder / "new" / "run", tmp_path / "run")
+    shutil.copytree(tmp_path / "run" / "look" / "left-00", tmp_path / "run" / "look" / "left-03")
+    for name in ("run.mcap", "target.png"):
+        (tmp_path / "run" / name).write_bytes(b"of an earlier run")
+    assert remove_leftovers(tmp_path / "run")
+    assert everything_in(tmp_path / "run").keys() <= {"look"}
+    others = ("mine.txt", "model/mine.txt", "look/mine.txt", "look/left-00/mine.txt")
+    for name in others:
+        (tmp_path / "run" / name).parent.mkdir(exist_ok=True)
+        (tmp_path / "run" / name).write_text("mine")
+    assert not remove_leftovers(tmp_path / "run")
+    assert all((tmp_path / "run" / name).read_text() == "mine" for name in others)
+
+
+def test_a_folder_into_which_another_run_writes_is_refused_and_unchanged(
+    ran: tuple[Path, Outcome], servoid_command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, _ = ran
+    monkeypatch.chdir(folder)
+    before = everything_in(folder)
+    with claimed(folder / "new" / "run"):
+        outcome = servoid_command("servo", "--config", "small.toml", "--out", "new/run")
+    assert (outcome.code, outcome.out) == (1, "")
+    assert outcome.err.startswith("error: another run is writing into new/run; wait until it has")
+    assert everything_in(folder) == before
+    with claimed(folder / "new" / "run"):  # a claim ends with its block
+        pass
+
+
+@pytest.mark.parametrize("target", ["mask:none.png", "box:0,0,900,900"])
+def test_a_run_whose_target_marks_nothing_leaves_no_folder(
+    target: str, servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("small.toml").write_text(trial_toml(small_settings(SHORT)))
+    outcome = servoid_command(
+        "servo", "--config", "small.toml", "--target", target, "--out", "new/run"
+    )
+    assert (outcome.code, outcome.out) == (1, "")
+    assert everything_in(tmp_path).keys() == {"small.toml"}
 
 
 def check_recording(folder: Path) -> None:

@@ -6,7 +6,7 @@ from typing import NoReturn
 
 import pytest
 
-from conftest import Command
+from conftest import Command, everything_in
 
 pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
@@ -100,3 +100,27 @@ def test_an_interrupt_before_the_first_look_does_not_claim_the_looks_of_an_earli
     outcome = servoid_command("servo", "--config", config, "--out", out)
     assert outcome.err == "interrupted before servoing began; nothing was written\n"
     assert (out / "look").is_dir()
+
+
+def test_an_interrupted_run_leaves_nothing_of_an_earlier_one_in_its_folder(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt_at(monkeypatch, "looking around", 0.0)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT | {"servo.look.count": 2})))
+    (out / "look" / "left-04").mkdir(parents=True)
+    (out / "model").mkdir()
+    for name in ("log.csv", "report.html", "model/curve.png", "look/left-04/image.png", "mine"):
+        (out / name).write_bytes(b"of an earlier run")
+    outcome = servoid_command("servo", "--config", config, "--out", out)
+    assert outcome.err.endswith(
+        "nothing else was written; the files of an earlier run are removed\n"
+    )
+    left = {name.split("/")[0] for name in everything_in(out)}
+    assert left == {"look", "mine"}
+    assert {path.name for path in (out / "look").iterdir()} == {
+        "capture.toml",
+        "left-00",
+        "left-00-mask",
+        "right-00",
+    }

@@ -20,34 +20,41 @@ class FolderBefore:
         missing = tuple(path for path in (folder, *folder.parents) if not path.exists())
         return cls(folder, missing, _version(folder / LOOKS))
 
-    def after_no_servoing(self) -> str:
-        """Remove the folders that were made in vain; return what a run left before it servoed."""
+    def after_no_servoing(self, *, replaces: bool) -> str:
+        """Return what a run left before it servoed; `replaces`: it removed an earlier one's files.
+
+        Nothing else is left of either.
+        """
         looks = self.folder / LOOKS
+        removed = "; the files of an earlier run are removed" if replaces else ""
         if _version(looks) not in (None, self.looks):
             return (
                 f"interrupted before servoing began; {looks} holds the images so far, of which "
-                "servoid model makes a body; nothing else was written"
+                f"servoid model makes a body; nothing else was written{removed}"
             )
+        return f"interrupted before servoing began; nothing was written{removed}"
+
+    def remove_empty(self) -> None:
+        """Remove the folders that were made in vain."""
         for path in self.missing:
             try:
                 path.rmdir()
-            except OSError:  # it was not made, or another program uses it
+            except OSError:  # it was not made, it holds files, or another program uses it
                 break
-        return "interrupted before servoing began; nothing was written"
 
 
 def after_servoing(folder: Path) -> str:
     """Return what a run leaves that was interrupted while it wrote its results."""
     return (
-        f"interrupted while the results were written; {folder} holds a part of them, and may hold "
-        "files of an earlier run; run again, or delete it"
+        f"interrupted while the results were written; {folder} holds a part of them; run again, or "
+        "delete it"
     )
 
 
-def _version(folder: Path) -> tuple[int, int] | None:
-    """Return what changes when a folder is replaced by another one."""
+def _version(looks: Path) -> tuple[int, int] | None:
+    """Return what changes when the capture of looks is replaced by another one."""
     try:
-        status = folder.stat()
+        status = (looks / "capture.toml").stat()
     except OSError:
         return None
     return status.st_ino, status.st_mtime_ns

@@ -12,23 +12,26 @@ import typer
 
 from servoid.cli.interrupting import INTERRUPTED
 from servoid.cli.messages import print_message
-from servoid.cli.overwriting import check_inputs_kept
+from servoid.cli.overwriting import check_inputs_kept, files_of
 from servoid.cli.progress import progress_bar
 from servoid.cli.servo.interrupted import FolderBefore, after_servoing
+from servoid.cli.servo.leftovers import FILM, PICTURE, RECORDING, RUN_FILES, remove_leftovers
 from servoid.cli.servo.recorded_path import GivenPath, read_path, recorded_file
 from servoid.cli.servo.servo_order import Order
 from servoid.cli.servo.servo_summary import print_servo_summary
 from servoid.errors import DoubtError, TargetError
 from servoid.exchange.bags.writing import McapRun, ObjectState, RunRig, mcap_run
-from servoid.output import check_folder, remove_file, write_whole
+from servoid.output import check_folder, claimed, make_folder, write_whole
 from servoid.record import (
     ServoVideo,
     draw_answers,
     write_servo_log,
     write_servo_times,
 )
+from servoid.segment import parse_target
 from servoid.servo import ServoMetrics
 from servoid.sim.trial import (
+    PEOPLE,
     ServoTrial,
     TrialSettings,
     TrialStep,
@@ -43,10 +46,6 @@ from servoid.view import ServoPictures, draw_servo_plots, write_report, write_se
 
 _OVERVIEW_PX = (960, 720)
 _FILM_HZ = 15.0
-_RECORDING = "run.mcap"
-_FILM = "servo.mp4"
-_TABLES = ("log.csv", "times.csv", "run.toml", "body.json", "summary.json")
-_NAMES = (*_TABLES, _FILM, _RECORDING)
 # A clock with an error stamps the first images before 0, which ROS cannot represent.
 _RECORDED_FROM_S = 1.0  # time in the recording at which the world's clock is 0
 # Stages before servoing, and how long each takes, in seconds of servoing that take as long.
@@ -60,7 +59,7 @@ _BEFORE_S = {
 
 
 def run_servo(order: Order) -> None:
-    """Run, write the results even if the run was interrupted, and print a summary."""
+    """Run in a folder that no other run writes into, write the results, and print a summary."""
     if order.out is None:
         raise typer.BadParameter(
             "no folder was given for the run; give one, such as --out out/run",
@@ -68,30 +67,45 @@ def run_servo(order: Order) -> None:
         )
     settings = order.settings()
     given = read_path(settings)
-    inputs = [order.config, recorded_file(settings)]
-    check_inputs_kept([("--out", order.out / name) for name in _NAMES], None, inputs)
+    inputs = [order.config, recorded_file(settings), *_mask_file(settings)]
+    check_inputs_kept([("--out", order.out / name) for name in RUN_FILES], None, inputs)
     check_folder(order.out, parents=True)
     before = FolderBefore.of(order.out)
     try:
-        trial, stopped = _servoed(order, order.out, settings, given)
-    except KeyboardInterrupt:
-        _end_interrupted(before.after_no_servoing())
+        make_folder(order.out, parents=True)
+        with claimed(order.out):
+            _run_and_report(order, order.out, settings, given, before)
+    finally:
+        before.remove_empty()
+
+
+def _run_and_report(
+    order: Order, folder: Path, settings: TrialSettings, given: GivenPath, before: FolderBefore
+) -> None:
+    """Run, and write the results even if the run was interrupted."""
+    trial, stopped = _servoed(order, folder, settings, given, before)
     ending = _ending(trial) if stopped else None
     try:
-        _report(order.out, trial, order, ending)
+        _report(folder, trial, ending)
     except KeyboardInterrupt:
-        _end_interrupted(after_servoing(order.out))
+        _end_interrupted(after_servoing(folder))
     if ending is not None:
         _end_interrupted(ending)
 
 
+def _mask_file(settings: TrialSettings) -> list[Path]:
+    """Return the file of the object's mask, if one is named."""
+    target = settings.run.target
+    return [] if target in PEOPLE else files_of([parse_target(target)])
+
+
 def _servoed(
-    order: Order, folder: Path, settings: TrialSettings, given: GivenPath
+    order: Order, folder: Path, settings: TrialSettings, given: GivenPath, before: FolderBefore
 ) -> tuple[ServoTrial, bool]:
     """Run, with video and recording; return also whether it was interrupted while servoing.
 
     Raises:
-        KeyboardInterrupt: it was interrupted before.
+        Exit: it was interrupted before.
 
     """
     run: _Run | None = None
@@ -101,7 +115,8 @@ def _servoed(
             return _trial(run, stack, order, settings, given)
     except KeyboardInterrupt:  # also while video and recording are closed
         if run is None or run.trial is None:
-            raise
+            replaces = run is not None and run.replaces
+            _end_interrupted(before.after_no_servoing(replaces=replaces))
         return run.trial, True
 
 
@@ -123,7 +138,7 @@ def _trial(
             raise
         return run.trial, True
     except DoubtError as doubt:
-        picture = run.folder / "target.png"
+        picture = run.folder / PICTURE
         write_whole(picture, draw_answers(doubt.image, doubt.masks))
         raise TargetError(
             f"{doubt}; {picture} shows the candidates, and --trust-target uses the first"
@@ -167,19 +182,21 @@ class _Run:
         self._video: ServoVideo | None = None
         self._recording: McapRun | None = None
         self._is_known = False
+        self._is_begun = False
+        self.replaces = False  # whether it removed the files of an earlier run
 
     def prepare(self, world: World, stack: ExitStack, order: Order) -> None:
         """Open the video and the recording of a world, if they were requested."""
         self._world = world
         if order.mcap:
             rig = RunRig.of_source(world.cameras, world.camera_names)
-            recording = mcap_run(self.folder / _RECORDING, rig, can_wait=True)
+            recording = mcap_run(self.folder / RECORDING, rig, can_wait=True)
             self._recording = stack.enter_context(recording)
         if order.video:
             rate = world.settings.cameras.rate_hz
             self._video = stack.enter_context(
                 ServoVideo(
-                    self.folder / _FILM,
+                    self.folder / FILM,
                     world.cameras,
                     world.camera_names,
                     rate / self._every(world),
@@ -190,6 +207,8 @@ class _Run:
     def watch(self, step: TrialStep) -> None:
         """Process a step."""
         self.trial = step.trial or self.trial
+        if not self._is_begun:  # what is written next is the capture of the first look
+            self._is_begun, self.replaces = True, remove_leftovers(self.folder)
         share = share_of_run(step.stage, step.share, self._seconds)
         self._update(share, stage_words(step.stage, step.time_s))
         if self._recording is not None:
@@ -242,19 +261,7 @@ def _line(step: TrialStep, trial: ServoTrial | None) -> str:
     return f"{step.stage}; accuracy {place:.1f} mm, {turn:.1f} deg"
 
 
-def remove_leftovers(folder: Path, order: Order) -> None:
-    """Remove what an earlier run wrote and this one does not; it would be taken for this one's.
-
-    Raises:
-        OutputError: a file cannot be removed.
-
-    """
-    for name, is_written in ((_FILM, order.video), (_RECORDING, order.mcap)):
-        if not is_written:
-            remove_file(folder / name)
-
-
-def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -> None:
+def _report(folder: Path, trial: ServoTrial, ending: str | None) -> None:
     """Write all files of a run, print its summary, and say on its page if it was interrupted."""
     log, settings = trial.log, trial.settings
     text = trial_toml(settings)
@@ -262,7 +269,6 @@ def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -
     files = {name: folder / f"{name}.csv" for name in ("log", "times")}
     files["settings"] = folder / "run.toml"
     write_servo_log(log, files["log"])
-    remove_leftovers(folder, order)
     write_servo_times(log, files["times"])
     write_whole(files["settings"], text.encode())
     files["body"] = folder / "body.json"
@@ -284,7 +290,7 @@ def _report(folder: Path, trial: ServoTrial, order: Order, ending: str | None) -
         notes=trial_notes(trial, metrics),
         ending=ending,
     )
-    for kind, name in (("recording", _RECORDING), ("video", _FILM)):
+    for kind, name in (("recording", RECORDING), ("video", FILM)):
         if (folder / name).is_file():  # an interrupt may have come before it was complete
             files[kind] = folder / name
     files["looks"] = trial.exploration.capture

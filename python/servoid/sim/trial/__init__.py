@@ -3,6 +3,7 @@
 from servoid.sim.trial.figures import trial_notes, trial_numbers, trial_rows
 from servoid.sim.trial.servoing import LOOKS, ServoTrial, TrialStep, run_servo_trial
 from servoid.sim.trial.settings import (
+    PEOPLE,
     RunSettings,
     TrackingSettings,
     TrialSettings,
@@ -13,6 +14,7 @@ from servoid.sim.trial.settings import (
 
 __all__ = [
     "LOOKS",
+    "PEOPLE",
     "RunSettings",
     "ServoTrial",
     "TrackingSettings",

@@ -100,7 +100,8 @@ def run_servo_trial(
 
     The object rests until servoing begins. It is marked in the first image, as a person would do
     it; nothing else is known of it. The observations are written to `folder`. `path` replaces the
-    one in the settings; `notes` on it are those of the trial; `prepared` is called with the world before anything moves.
+    one in the settings, and `notes` are those on it; `prepared` is called with the world before
+    anything moves.
 
     Raises:
         SimError, ServoError: the settings are not valid, or a fault begins after the end.

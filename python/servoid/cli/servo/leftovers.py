@@ -1,0 +1,50 @@
+"""Removes what an earlier run left in the folder of a run, which so never holds parts of two."""
+
+from contextlib import suppress
+from pathlib import Path
+
+from servoid.output import remove_file
+from servoid.sim.trial import LOOKS
+
+FILM, RECORDING = "servo.mp4", "run.mcap"
+PICTURE = "target.png"
+"""The candidates for an object that was marked ambiguously."""
+
+RUN_FILES = (
+    "log.csv",
+    "times.csv",
+    "run.toml",
+    "body.json",
+    "summary.json",
+    FILM,
+    RECORDING,
+    "report.html",
+    "hand.png",
+    "joints.png",
+    "gaze.png",
+    PICTURE,
+)
+"""The files directly in the folder of a run."""
+
+_INSIDE = (
+    *(f"model/{name}" for name in ("report.html", "summary.json")),
+    *(f"model/{name}.png" for name in ("body", "contact_sheet", "curve")),
+    f"{LOOKS}/capture.toml",
+    *(f"{LOOKS}/*-[0-9][0-9]{end}/image.png" for end in ("", "-mask")),
+)
+
+
+def remove_leftovers(folder: Path) -> bool:
+    """Remove all that an earlier run wrote into its folder; return whether there was any.
+
+    Raises:
+        OutputError: a file cannot be removed.
+
+    """
+    found = [path for name in (*RUN_FILES, *_INSIDE) for path in folder.glob(name)]
+    for path in found:
+        remove_file(path)
+    for inside in {path.parent for path in found} - {folder, folder / LOOKS}:
+        with suppress(OSError):  # it holds files of other programs
+            inside.rmdir()
+    return bool(found)

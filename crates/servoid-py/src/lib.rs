@@ -4,6 +4,7 @@ mod backend;
 mod camera;
 mod errors;
 mod exact;
+mod given_images;
 mod held;
 mod model;
 mod pose;

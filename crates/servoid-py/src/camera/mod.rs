@@ -10,10 +10,11 @@ use pyo3::types::PyTuple;
 use servoid::camera as core;
 
 use crate::errors::{named, raise};
+use crate::given_images::{GivenMask, Picture};
 use crate::pose::{Pose, rows};
 use crate::taking::{
-    GivenMask, Picture, Wanted, described, floats, hash_numbers, other_class, read_number,
-    read_numbers, read_rows, read_size, remade, shorts, taken_in_words, valued,
+    Wanted, described, floats, hash_numbers, other_class, read_number, read_numbers, read_rows,
+    read_size, remade, shorts, taken_in_words, valued,
 };
 
 /// A pinhole camera: pixel (0, 0) is the centre of the top-left pixel.

@@ -10,12 +10,13 @@ use servoid::model as core;
 
 use crate::camera::{Camera, GivenView, Pixels, View};
 use crate::errors::raise;
+use crate::given_images::Picture;
 use crate::pose::Pose;
 use crate::relay::relay;
 use crate::settings::Settings;
 use crate::shape::{Body, Mesh};
 use crate::taking::{
-    Picture, Wanted, hashed_by_seed, read_rows, remade, short, taken_in_words, valued, written,
+    Wanted, hashed_by_seed, read_rows, remade, short, taken_in_words, valued, written,
 };
 
 const SETTINGS: Settings = Settings("ModelError");

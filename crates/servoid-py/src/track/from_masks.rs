@@ -3,10 +3,11 @@ use servoid::track as core;
 
 use crate::camera::{GivenView, Pixels};
 use crate::errors::raise;
+use crate::given_images::Picture;
 use crate::model::borrow;
 use crate::pose::Pose;
 use crate::shape::Body;
-use crate::taking::{Listed, Picture, Wanted, read_index_rows};
+use crate::taking::{Listed, Wanted, read_index_rows};
 
 /// Finds the pose at which a body's outlines agree with masks, and their overlap there.
 /// Orientations that look alike are distinguished by the colours of its ellipsoids, (K, 3) uint8,

@@ -14,10 +14,11 @@ use servoid::track as core;
 
 use crate::camera::{Camera, Pixels};
 use crate::errors::{named, raise};
+use crate::given_images::{GivenMask, Picture, is_masked, masked};
 use crate::held::Held;
 use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
-use crate::taking::{GivenMask, Listed, Picture, Seconds, Wanted, described, read_whole};
+use crate::taking::{Listed, Seconds, Wanted, described, read_whole};
 use crate::track::estimate::Estimate;
 use crate::track::settings::TrackSettings;
 
@@ -160,8 +161,7 @@ impl Tracker {
         let appearance =
             appearance.ok_or_else(|| named("TrackError", NO_APPEARANCE.to_string()))?;
         let appearance = core::Appearance::from_bytes(appearance).map_err(raise)?;
-        self.0.write()?.recall(&appearance);
-        Ok(())
+        self.0.write()?.recall(&appearance).map_err(raise)
     }
 
     /// Sets where other tracked objects are now, as bodies at their poses: from now on a search does
@@ -282,6 +282,9 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Metres {
     type Error = PyErr;
 
     fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        if is_masked(&given) {
+            return Err(masked("a depth image", &given, "ImageError"));
+        }
         let kind = given.cast::<PyUntypedArray>().ok().filter(|array| array.ndim() == 2);
         if kind.map(|array| array.dtype().kind()) != Some(b'f') {
             let message = format!(

@@ -10,6 +10,7 @@ use super::target::reference::Reference;
 use super::tracker::Tracker;
 use crate::camera::Pyramid;
 use crate::fitness::{Patch, SurfacePoint};
+use crate::words::Digits;
 
 /// The appearance of an object, apart from its shape: the learned surface points with the variance
 /// of each, the shares of its colours, and its reference quality.
@@ -30,6 +31,10 @@ const MAGIC: &[u8; 8] = b"servoap1";
 const NUMBERS: usize = 16;
 /// Most points and most colours that are read.
 const MOST_ENTRIES: usize = 100_000;
+/// By how much lengths of unit vectors and shares may be off.
+const ROUNDED: f64 = 1e-3;
+/// Radii of a body from its origin within which points of its surface are; learned ones reach 1.
+const FARTHEST: f64 = 10.0;
 
 impl Appearance {
     /// Returns the number of surface points.
@@ -69,10 +74,37 @@ impl Appearance {
     /// Reads what [`Appearance::to_bytes`] wrote.
     ///
     /// # Errors
-    /// If the bytes are not an appearance, are cut short, or contain a number that is not finite.
+    /// If the bytes are not an appearance, are cut short, or contain a number that is not finite or
+    /// impossible, such as a negative variance.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrackError> {
         let mut reader = Reader(bytes);
-        reader.read().ok_or(TrackError::Appearance(bytes.len()))
+        let read = reader.read().ok_or(TrackError::Appearance(bytes.len()))?;
+        read.check()?;
+        Ok(read)
+    }
+
+    fn check(&self) -> Result<(), TrackError> {
+        let wrong = |what: &'static str, allowed: &'static str, given: f64| {
+            Err(TrackError::Impossible { what, allowed, given: Digits(given).to_string() })
+        };
+        for (_, share) in &self.colors {
+            if !(0.0..=1.0 + ROUNDED as f32).contains(share) {
+                return wrong("a colour's share of the object", "0 to 1", f64::from(*share));
+            }
+        }
+        for (point, variance) in &self.points {
+            if *variance < 0.0 {
+                return wrong("the variance of a point", "0 or more", *variance);
+            }
+            let directions =
+                [("the normal of a point", point.normal), ("the view of a point", point.toward)];
+            for (what, direction) in directions {
+                if (direction.norm() - 1.0).abs() > ROUNDED {
+                    return wrong(what, "a vector of length 1", direction.norm());
+                }
+            }
+        }
+        Ok(())
     }
 }
 
@@ -164,7 +196,19 @@ impl Tracker {
     }
 
     /// Restores the appearance of an object, so that it can be found without a pose.
-    pub fn recall(&mut self, appearance: &Appearance) {
+    ///
+    /// # Errors
+    /// If points of its surface are far outside the body; the tracker is unchanged.
+    pub fn recall(&mut self, appearance: &Appearance) -> Result<(), TrackError> {
+        let away = appearance.points.iter().map(|(point, _)| point.position.norm());
+        let farthest = away.fold(0.0, f64::max) / self.target.solid.radius;
+        if farthest > FARTHEST {
+            return Err(TrackError::Impossible {
+                what: "a point's distance, in radii of the body,",
+                allowed: "10 or less",
+                given: Digits(farthest).to_string(),
+            });
+        }
         self.target.reference = Reference::of(appearance.reference, self.frame.cameras.len());
         let feature =
             appearance.points.iter().map(|&(point, variance)| Feature::new(point, variance));
@@ -176,5 +220,6 @@ impl Tracker {
         self.look_alikes.forget();
         self.target.colors = Colors::new(self.settings.local_colors);
         self.target.colors.recall(&appearance.colors, appearance.grey);
+        Ok(())
     }
 }

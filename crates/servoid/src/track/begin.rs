@@ -11,7 +11,7 @@ use super::target::keyframes::{Keyframes, object_from_camera};
 use super::tracker::Tracker;
 use super::trust::Trust;
 use super::update::detect::DetectionPlan;
-use crate::camera::{Mask, Observation, check_image_size};
+use crate::camera::{Channels, Mask, Observation, check_image_size};
 use crate::pose::Pose;
 
 /// Margin of a window around the object at the start, as a share of its size.
@@ -219,7 +219,9 @@ impl Tracker {
         let known = images.is_empty()
             || images.iter().any(|i| self.target.colors.know_object(i.channels()));
         if !known && (near.is_none() || self.target.points.features.is_empty()) {
-            return Err(TrackError::NothingKnown);
+            let kinds = [Channels::Rgb, Channels::Grey];
+            let learned = kinds.into_iter().find(|kind| self.target.colors.know_object(*kind));
+            return Err(learned.map_or(TrackError::NothingKnown, TrackError::LearnedIn));
         }
         if !known {
             self.target.colors = Colors::new(self.settings.local_colors);

@@ -28,6 +28,7 @@ pub use relocalize::{MaskFit, pose_from_masks, poses_from_masks};
 pub use settings::TrackSettings;
 pub use tracker::Tracker;
 
+use crate::camera::Channels;
 use crate::words::{Digits, s, were};
 
 /// Why an object cannot be tracked.
@@ -69,6 +70,15 @@ pub enum TrackError {
          another target in the first observation, or its pose there"
     )]
     NothingKnown,
+    /// The object's colours were learned in images of the other kind, grey or in colour.
+    #[error(
+        "the object's appearance was learned in {}, and these images are {}, so it cannot be found \
+         in them without a pose: give images as those, a mask or another target in the first \
+         observation, or its pose there",
+        if *.0 == Channels::Grey { "grey images" } else { "images in colour" },
+        if *.0 == Channels::Grey { "in colour" } else { "grey" }
+    )]
+    LearnedIn(Channels),
     /// `step` was called before any start.
     #[error(
         "the tracker was never started, so the object's appearance is unknown: call start with the \
@@ -81,6 +91,19 @@ pub enum TrackError {
          out, or save the body again"
     )]
     Appearance(usize),
+    /// An appearance has a number that no object has.
+    #[error(
+        "{what} in the appearance is {given}, but it must be {allowed}: the appearance is damaged, \
+         or of another body; leave it out, or save the body again"
+    )]
+    Impossible {
+        /// What the number is.
+        what: &'static str,
+        /// What is possible.
+        allowed: &'static str,
+        /// What was given.
+        given: String,
+    },
     /// A pose was sought from masks, but there is no mask.
     #[error("a pose is estimated from masks, but there is none; give a target or a start")]
     NoMask,

@@ -166,7 +166,7 @@ fn seeking_anywhere_costs_no_more_in_images_of_odd_shapes() {
         let seen = Observation { time_s: 0.0, world_from_camera, images, depths: Vec::new() };
         teacher.start(&seen, place, &[]).unwrap();
         let mut tracker = Tracker::new(&[camera], &ball(0.05), settings).unwrap();
-        tracker.recall(&teacher.appearance());
+        tracker.recall(&teacher.appearance()).unwrap();
         let picture = noise(size, 1);
         let image = ImageView::new(&picture, size, Channels::Rgb).unwrap();
         let world_from_camera = vec![Pose::identity()];

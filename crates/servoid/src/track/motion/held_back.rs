@@ -207,7 +207,7 @@ mod tests {
     fn an_appearance_that_is_recalled_is_not_doubted_for_what_went_before() {
         let mut tracker = tracker(Status::Tracking, 60.0);
         tracker.held_back = followed(|image| if image < 20 { STEP } else { 0.5 * STEP });
-        tracker.recall(&tracker.appearance());
+        tracker.recall(&tracker.appearance()).unwrap();
         assert!(tracker.held_back.variance() == 0.0);
         assert!(tracker.held_back_at(&UnitQuaternion::identity()) == 0.0);
     }

@@ -106,7 +106,7 @@ fn look_of(stage: &Stage) -> Appearance {
 fn found_by(look: &Appearance, stage: &Stage, course: u64) -> Worst {
     let settings = settings(stage.seed + 1000 * course);
     let mut tracker = Tracker::new(&stage.cameras(), &stage.body, settings).unwrap();
-    tracker.recall(look);
+    tracker.recall(look).unwrap();
     let there = turning(0) * Pose::exp(&Twist::new(0.06, -0.03, 0.04, 0.2, -0.2, 0.4));
     let shot = |index: usize| stage.shot(4 * course as usize + index, &eyes(), Some(&there));
     let mut found = tracker.find(&shot(0).observation(), None).unwrap();
@@ -152,10 +152,10 @@ fn across(learned: &Stage, seen: &Stage) -> Figures {
     let near = turning(3) * Pose::exp(&Twist::new(0.01, -0.005, 0.01, 0.1, -0.1, 0.1));
     let look = followed(learned, &learned.body, 6).0.appearance();
     let mut tracker = Tracker::new(&seen.cameras(), &seen.body, settings(seen.seed)).unwrap();
-    tracker.recall(&look);
+    tracker.recall(&look).unwrap();
     let shot = |index: usize| seen.shot(index, &eyes(), Some(&turning(3)));
     let refused = tracker.find(&shot(0).observation(), None);
-    assert_eq!(refused, Err(TrackError::NothingKnown));
+    assert_eq!(refused, Err(TrackError::LearnedIn(learned.channels)));
     let mut found = tracker.find(&shot(1).observation(), Some(near)).unwrap();
     for index in 2..8 {
         found = tracker.step(&shot(index).observation()).unwrap();
@@ -176,7 +176,7 @@ fn for_colour(seed: u64) -> Figures {
 fn for_one_eye(seed: u64) -> Figures {
     let stage = seeded(seed, Channels::Rgb);
     let mut tracker = Tracker::new(&[stage.camera], &stage.body, settings(seed)).unwrap();
-    tracker.recall(&look_of_all_eyes(&stage));
+    tracker.recall(&look_of_all_eyes(&stage)).unwrap();
     let mut last = None;
     for index in 8..12 {
         let shot = stage.shot(index, &eyes(), Some(&turning(8)));

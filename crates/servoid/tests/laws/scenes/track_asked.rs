@@ -125,7 +125,7 @@ fn grey_beside_colour(seed: u64) -> Figures {
         }
     }
     let mut other = new();
-    other.recall(&tracker.appearance());
+    other.recall(&tracker.appearance()).unwrap();
     let shot = stage.shot(20, &eyes(), Some(&moving(20)));
     seen.add(&other.find(&beside(&shot, &grey_left(&shot)), None).unwrap(), &moving(20));
     seen.figures()

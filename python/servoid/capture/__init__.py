@@ -18,6 +18,7 @@ from servoid.capture.exchanged import check_measurable, check_not_exchanged
 from servoid.capture.moving_rig import doubt_rig_poses
 from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.capture.opening import count_uncalibrated, open_capture
+from servoid.capture.recorded_times import unordered_times
 from servoid.capture.shrinking import shrunk
 
 __all__ = [

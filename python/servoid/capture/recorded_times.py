@@ -40,7 +40,7 @@ def times_notes(path: Path, times_s: Sequence[float], rate_hz: float | None) -> 
     late = sum(step <= 0.0 for step in steps)
     if step_s <= 0.0:
         if rate_hz is not None:
-            raise CaptureError(_unordered(path, times_s, late))
+            raise CaptureError(f"{path}: {unordered_times(times_s)}")
         return
     if late and rate_hz is not None:
         first = next(index for index, step in enumerate(steps) if step <= 0.0)
@@ -65,6 +65,24 @@ def times_notes(path: Path, times_s: Sequence[float], rate_hz: float | None) -> 
             yield note
 
 
+def unordered_times(times_s: Sequence[float]) -> str | None:
+    """Describe times of which most do not increase, and how to write them; None if most do."""
+    steps = [after - before for before, after in pairwise(times_s)]
+    if not steps or median(steps) > 0.0:
+        return None
+    late = sum(step <= 0.0 for step in steps)
+    if min(times_s) == max(times_s):
+        given = f"all {len(times_s)} times are {measured(times_s[0])}"
+    elif times_s[-1] < times_s[0] and late == len(times_s) - 1:
+        given = f"the times decrease, from {times_s[0]:.10g} to {times_s[-1]:.10g}"
+    else:
+        given = f"{late} of {len(times_s)} times {are(late)} not later than the one before"
+    return (
+        f"{given}; in time_s, write the seconds at which each observation was taken, in "
+        "increasing order and with their decimals"
+    )
+
+
 def video_rate_note(path: Path, facts: VideoFacts, rate_hz: float) -> str | None:
     """Report a video, the file `path`, whose own rate is not the `rate_hz` of its capture."""
     own_hz = facts.rate_hz
@@ -83,19 +101,6 @@ def _rate_note(rate_hz: float, own_hz: float, whose: str, *, by_times: bool) -> 
     return (
         f"rate_hz is {measured(rate_hz)}, but {whose} has {measured(own_hz)} observations per "
         f"second (median); {used} used, and speeds follow from it: correct what is wrong"
-    )
-
-
-def _unordered(path: Path, times_s: Sequence[float], late: int) -> str:
-    if min(times_s) == max(times_s):
-        given = f"all {len(times_s)} times are {measured(times_s[0])}"
-    elif times_s[-1] < times_s[0] and late == len(times_s) - 1:
-        given = f"the times decrease, from {times_s[0]:.10g} to {times_s[-1]:.10g}"
-    else:
-        given = f"{late} of {len(times_s)} times {are(late)} not later than the one before"
-    return (
-        f"{path}: {given}; in time_s, write the seconds at which each observation was taken, in "
-        "increasing order and with their decimals"
     )
 
 

@@ -33,6 +33,22 @@ def json_fault(content: bytes, reason: Exception) -> str:
     return _fault_at(content, str(reason).removeprefix("JSON is malformed: "))
 
 
+def repeated_key(content: bytes) -> str | None:
+    """Return a key that a table of valid JSON holds twice, of which the fast parser keeps one."""
+    found: list[str] = []
+
+    def look(pairs: list[tuple[str, object]]) -> None:
+        names = [name for name, _ in pairs]
+        if len(set(names)) < len(names):
+            found.extend(name for name in names if names.count(name) > 1)
+
+    try:
+        json.loads(content, object_pairs_hook=look)
+    except ValueError:  # a number of so many digits that only this parser refuses it
+        return None
+    return found[0] if found else None
+
+
 def _first_line(text: str) -> str:
     """Describe a text that cannot be a table or a list."""
     blank = len(text) - len(text.lstrip())

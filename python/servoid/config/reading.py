@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import msgspec
 import msgspec.toml
 
-from servoid.config.json_fault import json_fault
+from servoid.config.json_fault import json_fault, repeated_key
 from servoid.config.limits import MOST_NESTED, SETTINGS_FILE, FileLimit
 from servoid.config.places import beside
 from servoid.errors import ServoidError
@@ -127,7 +127,8 @@ def read_json(path: Path, error: type[ServoidError], limit: FileLimit) -> Any:
     """Return the content of a JSON file.
 
     Raises:
-        error: the file cannot be read, is too large, is not JSON, or is nested too deeply.
+        error: the file cannot be read, is too large, is not JSON, is nested too deeply, or has a
+            key twice in one table.
 
     """
     content = read_bytes(path, error, limit)
@@ -139,6 +140,11 @@ def read_json(path: Path, error: type[ServoidError], limit: FileLimit) -> Any:
     except RecursionError as reason:
         raise _too_deep(path, error) from reason
     _check_depth(path, data, error)
+    repeated = repeated_key(content)
+    if repeated is not None:
+        raise error(
+            f"{path}: the key '{repeated}' is given twice in one table; leave one of them out"
+        )
     return data
 
 

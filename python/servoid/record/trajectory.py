@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from servoid._native import Pose
+from servoid.capture import unordered_times
 from servoid.config import POSES_FILE, read_text
 from servoid.errors import OutputError, TrajectoryError, located
 from servoid.output import write_whole
@@ -118,7 +119,8 @@ def read_trajectory(path: str | Path) -> list[Waypoint]:
     as all lines of TUM text, count as tracked.
 
     Raises:
-        TrajectoryError: the file is missing or malformed, or ends in none of .csv, .tum and .txt.
+        TrajectoryError: the file is missing or malformed, most of its times do not increase, or it
+            ends in none of .csv, .tum and .txt.
         PoseError: a line holds no rigid motion; the message names file and line.
 
     """
@@ -128,7 +130,11 @@ def read_trajectory(path: str | Path) -> list[Waypoint]:
             f"{path}: a trajectory ends in .csv, or in .tum or .txt for TUM text; rename the file"
         )
     text = read_text(path, TrajectoryError, POSES_FILE)
-    return _read_csv(path, text) if path.suffix.lower() == ".csv" else _read_tum(path, text)
+    points = _read_csv(path, text) if path.suffix.lower() == ".csv" else _read_tum(path, text)
+    unordered = unordered_times([point.time_s for point in points])
+    if unordered is not None:
+        raise TrajectoryError(f"{path}: {unordered}")
+    return points
 
 
 def _worst(covariance: np.ndarray) -> float | None:
@@ -222,6 +228,10 @@ def _waypoint(cells: dict[str, str], place: str) -> Waypoint:
         for name in ("confidence", "observation", "std_m", "std_rad")
     }
     confidence, observation = further["confidence"], further["observation"]
+    if confidence is not None and not 0.0 <= confidence <= 1.0:
+        raise TrajectoryError(
+            f"{place}: confidence is {cells['confidence']}; write a number from 0 to 1"
+        )
     with located(place):
         return Waypoint(
             time_s=time_s,

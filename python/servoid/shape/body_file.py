@@ -24,6 +24,8 @@ _ALL_AROUND = 0.9  # share of the surface that was seen from which on the shape 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Length = Annotated[float, msgspec.Meta(gt=0)]
+Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
+Fitness = Annotated[float, msgspec.Meta(ge=-1, le=1)]  # that of the paper may be below 0
 Channel = Annotated[int, msgspec.Meta(ge=0, le=255)]
 
 
@@ -62,9 +64,9 @@ class SeenEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     null if there is none or the unseen parts are on all sides.
     """
 
-    share: Annotated[float, msgspec.Meta(ge=0, le=1)]
+    share: Share
     unseen_toward: Vector | None = None
-    by_ellipsoid: tuple[Annotated[float, msgspec.Meta(ge=0, le=1)], ...]
+    by_ellipsoid: tuple[Share, ...]
 
     __repr__ = brief
 
@@ -84,7 +86,7 @@ class BodyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     ellipsoids: Annotated[
         tuple[EllipsoidEntry, ...], msgspec.Meta(min_length=1, max_length=Body.MAX_ELLIPSOIDS)
     ]
-    fitness: float | None = None
+    fitness: Fitness | None = None
     made_by: MadeBy | None = None
     seen: SeenEntry | None = None
     appearance: str | None = None
@@ -234,6 +236,8 @@ def load_body(path: str | Path) -> BodyFile:
     _check_unit(file.world_from_object[3:], f"{place}, world_from_object")
     for index, entry in enumerate(file.ellipsoids):
         _check_unit(entry.rotation, f"{place}, ellipsoids[{index}].rotation")
+    if file.seen is not None:
+        _check_seen(file.seen, len(file.ellipsoids), place)
     with located(place):
         file.body()
         file.look()
@@ -270,10 +274,23 @@ def _check_count(ellipsoids: Any, place: str) -> None:
         )
 
 
-def _check_unit(quaternion: tuple[float, ...], place: str) -> None:
-    norm = math.sqrt(math.fsum(x * x for x in quaternion))
+def _check_seen(seen: SeenEntry, ellipsoids: int, place: str) -> None:
+    given = len(seen.by_ellipsoid)
+    if given != ellipsoids:
+        raise BodyError(
+            f"{place}: seen.by_ellipsoid has {counted(given, 'number')}, but the body has "
+            f"{counted(ellipsoids, 'ellipsoid')}; give one number for each, or write null for seen"
+        )
+    if seen.unseen_toward is not None:
+        _check_unit(seen.unseen_toward, f"{place}, seen.unseen_toward", "vector (x, y, z)")
+
+
+def _check_unit(
+    numbers: tuple[float, ...], place: str, what: str = "quaternion (w, x, y, z)"
+) -> None:
+    norm = math.sqrt(math.fsum(x * x for x in numbers))
     if abs(norm - 1.0) > _UNIT_TOLERANCE:
-        raise BodyError(f"{place}: the quaternion (w, x, y, z) has length {norm:.6g}; it must be 1")
+        raise BodyError(f"{place}: the {what} has length {norm:.6g}; it must be 1")
 
 
 def _lay_out(data: Any) -> str:

@@ -32,7 +32,11 @@ MADE_BY = MadeBy(
     targets=("hue:200..260",),
     seen_points=12,
 )
-SEEN = SeenEntry(share=0.5, unseen_toward=(0.0, 0.6, -0.8), by_ellipsoid=(0.5, 0.25))
+
+
+def seen_of(body: Body) -> SeenEntry:
+    share = (0.25,) * len(body)
+    return SeenEntry(share=0.25, unseen_toward=(0.0, 0.6, -0.8), by_ellipsoid=share)
 
 
 @st.composite
@@ -66,7 +70,7 @@ def test_a_body_comes_back_from_its_file_and_fits_the_published_schema(
 ) -> None:
     body, colors = drawn
     path = tmp_path_factory.mktemp("body") / "body.json"
-    save_body(path, body, colors, fitness=0.9, made_by=MADE_BY, seen=SEEN)
+    save_body(path, body, colors, fitness=0.9, made_by=MADE_BY, seen=seen_of(body))
     jsonschema.validate(json.loads(path.read_text()), json.loads(published_schema()))
     file = load_body(path)
     again = file.body()
@@ -77,7 +81,7 @@ def test_a_body_comes_back_from_its_file_and_fits_the_published_schema(
         again.world_from_object.matrix(), body.world_from_object.matrix(), rtol=1e-14, atol=1e-15
     )
     np.testing.assert_array_equal(file.colors(), colors)
-    assert (file.fitness, file.made_by, file.seen) == (0.9, MADE_BY, SEEN)
+    assert (file.fitness, file.made_by, file.seen) == (0.9, MADE_BY, seen_of(body))
 
 
 @given(drawn=bodies())
@@ -159,6 +163,17 @@ def first(data: dict[str, Any]) -> dict[str, Any]:
         ),
         (lambda data: data.update(world_from_object=[0] * 7), "has length 0; it must be 1"),
         (lambda data: data.update(ellipsoids=[]), "ellipsoids.*length 1 or more"),
+        (lambda data: data.update(fitness=5), "fitness: expected a number of 1 or less, got 5"),
+        (lambda data: data.update(fitness=-3), "fitness: expected a number of -1 or more, got -3"),
+        (lambda data: data["seen"].update(share=2), "seen.share: .*of 1 or less, got 2"),
+        (
+            lambda data: data["seen"].update(by_ellipsoid=[0.5, 0.2]),
+            "seen.by_ellipsoid has 2 numbers, but the body has 1 ellipsoid; give one number for",
+        ),
+        (
+            lambda data: data["seen"].update(unseen_toward=[0, 0, 0]),
+            r"seen.unseen_toward: the vector \(x, y, z\) has length 0; it must be 1",
+        ),
         (lambda data: data.update(ellipsoids=None), "ellipsoids"),
     ],
 )
@@ -166,13 +181,22 @@ def test_a_wrong_body_file_is_refused_and_the_message_says_where(
     change: Any, message: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "body.json"
-    save_body(path, one_ball())
+    save_body(path, one_ball(), seen=SeenEntry(share=0.5, by_ellipsoid=(0.5,)))
     data = json.loads(path.read_text())
     change(data)
     path.write_text(json.dumps(data))
     with pytest.raises(BodyError, match=message) as caught:
         load_body(path)
     assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("key", ["units", "radii"])
+def test_a_key_that_a_body_file_has_twice_is_refused(key: str, tmp_path: Path) -> None:
+    path = tmp_path / "body.json"
+    save_body(path, one_ball())
+    path.write_text(path.read_text().replace(f'"{key}":', f'"{key}": null, "{key}":'))
+    with pytest.raises(BodyError, match=rf"body\.json: the key '{key}' is given twice in"):
+        load_body(path)
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999", '"0.05"', "null"])

@@ -113,6 +113,13 @@ BAD: dict[str, tuple[str, str, str]] = {
     "a word": ("a.csv", f"{HEADER}\n{LINE.replace('0.2', 'up')}", r"line 2: y is 'up'; write a"),
     "NaN": ("a.csv", f"{HEADER}\n{LINE.replace('0.2', 'nan')}", r"y is nan; write a finite"),
     "status": ("a.csv", f"{HEADER}\n{LINE.replace('tracking', 'ok')}", r"status is 'ok'; write"),
+    "confidence": (
+        "a.csv",
+        f"{HEADER}\n{LINE.replace('0.9', '1.5')}",
+        r"confidence is 1\.5; write",
+    ),
+    "times that stay": ("a.csv", "\n".join([HEADER, LINE, LINE]), r"csv: all 2 times are 0\.5; in"),
+    "times that fall": ("a.tum", "2 0 0 1 0 0 0 1\n1 0 0 1 0 0 0 1", r"decrease, from 2 to 1; in"),
     "tum too few": ("a.tum", "1 2 3", r"line 1: 3 values .* TUM text has 8"),
     "tum word": ("a.tum", "1 2 3 x 0 0 0 1", r"line 1: z is 'x'"),
     "suffix": ("a.json", "", r"a trajectory ends in \.csv"),
@@ -125,6 +132,12 @@ def test_a_malformed_trajectory_is_refused_with_its_line(tmp_path: Path, case: s
     (tmp_path / name).write_text(text)
     with pytest.raises(TrajectoryError, match=message):
         read_trajectory(tmp_path / name)
+
+
+def test_a_single_time_that_repeats_is_read_as_a_track_wrote_it(tmp_path: Path) -> None:
+    points = [Waypoint(time_s, Pose.identity(), 1.0) for time_s in (0.0, 0.1, 0.1, 0.2, 0.3)]
+    write_trajectory(tmp_path / "a.csv", points)
+    assert [one.time_s for one in read_trajectory(tmp_path / "a.csv")] == [0.0, 0.1, 0.1, 0.2, 0.3]
 
 
 def test_a_line_that_is_no_rigid_motion_is_named(tmp_path: Path) -> None:

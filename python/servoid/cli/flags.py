@@ -6,11 +6,28 @@ from typing import Any
 
 from typer.core import TyperCommand
 
+from servoid.cli.wrong_options import OptionError
+
 _TYPE = "display_type_rich"  # what newer versions of the library ask an option for
 
 
 class CommandWithFlags(TyperCommand):
-    """A command whose help names no type beside a flag."""
+    """A command whose help names no type beside a flag, and whose flags do not contradict."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options.
+
+        Raises:
+            OptionError: both flags of a switch are given.
+
+        """
+        words = args[: args.index("--")] if "--" in args else args
+        for option in self.get_params(ctx):
+            sides = (option.opts, option.secondary_opts)
+            on, off = (next((word for word in words if word in side), None) for side in sides)
+            if on is not None and off is not None:
+                raise OptionError(f"{on} and {off} contradict each other; leave one of them out")
+        return super().parse_args(ctx, args)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help."""

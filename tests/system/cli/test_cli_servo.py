@@ -25,7 +25,6 @@ from servo_trials import log_rows, small_settings
 
 from servoid.cli.servo import servoing
 from servoid.cli.servo.leftovers import remove_leftovers
-from servoid.output import claimed
 from servoid.servo import Reason
 from servoid.shape import load_body
 from servoid.sim.trial import TrialSettings, read_trial_settings, trial_toml
@@ -194,34 +193,6 @@ def test_what_an_earlier_run_left_is_removed_and_files_of_others_stay(
     assert all((tmp_path / "run" / name).read_text() == "mine" for name in others)
 
 
-def test_a_folder_into_which_another_run_writes_is_refused_and_unchanged(
-    ran: tuple[Path, Outcome], servoid_command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder, _ = ran
-    monkeypatch.chdir(folder)
-    before = everything_in(folder)
-    with claimed(folder / "new" / "run"):
-        outcome = servoid_command("servo", "--config", "small.toml", "--out", "new/run")
-    assert (outcome.code, outcome.out) == (1, "")
-    assert outcome.err.startswith("error: another run is writing into new/run; wait until it has")
-    assert everything_in(folder) == before
-    with claimed(folder / "new" / "run"):  # a claim ends with its block
-        pass
-
-
-@pytest.mark.parametrize("target", ["mask:none.png", "box:0,0,900,900"])
-def test_a_run_whose_target_marks_nothing_leaves_no_folder(
-    target: str, servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("small.toml").write_text(trial_toml(small_settings(SHORT)))
-    outcome = servoid_command(
-        "servo", "--config", "small.toml", "--target", target, "--out", "new/run"
-    )
-    assert (outcome.code, outcome.out) == (1, "")
-    assert everything_in(tmp_path).keys() == {"small.toml"}
-
-
 def check_recording(folder: Path) -> None:
     """Check that the run's joints, images and poses are in its recording."""
     rows = log_rows(folder / "log.csv")
@@ -291,6 +262,11 @@ def test_the_line_below_a_picture_has_the_word_of_the_report() -> None:
         ("--seconds -1", r"error: --seconds: expected a number above 0, got -1"),
         ("--looks 0", r"error: --looks: expected a whole number of 1 or more, got 0"),
         ("--goal 0,0,90", r"error: --goal is 90 m, and more than 10 m is not plausible"),
+        ("--goal 0,0,-1", r"error: --goal: the object's centre is to be -1 m in front of the hand"),
+        (
+            "--ideal --seconds 3 --laboratory",
+            r"error: --ideal and --laboratory contradict each other; leave one of them out",
+        ),
         ("--target boxes", r"error: --target: the target 'boxes' has no known form; .*mask:FILE"),
         ("--target click:5", r"error: .*the target 'click:5' needs 2 numbers"),
         ("--target box:0,0,900,900", r"error: the target 'box:0,0,900,900': the box covers"),

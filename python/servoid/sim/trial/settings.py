@@ -70,10 +70,17 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         """Check each value before the run starts.
 
         Raises:
-            ServoError: a value is out of range, or `target` does not describe a target.
+            ServoError: a value is out of range, `goal` is behind the hand, or `target` does not
+                describe a target.
 
         """
         super().__post_init__()
+        if not self.goal[2] > 0.0:
+            raise ServoError(
+                f"run.goal: the object's centre is to be {digits(self.goal[2])} m in front of the "
+                "hand, which looks forward; give a third number above 0, such as "
+                f"{BEFORE_HAND[2]:g}"
+            )
         if self.target in PEOPLE:
             return
         try:

@@ -246,7 +246,7 @@ fn an_appearance_with_impossible_numbers_is_refused_in_words() {
     for share in [-0.1_f32, 1.5] {
         says(refusal(first_share, &share.to_le_bytes()), "a colour's share of the object in the");
     }
-    says(double(15, -1e-6), "the variance of a point in the appearance is -0.000001, but it must");
+    says(double(15, -1e-6), "the variance of a point in the appearance is -1e-6, but it must be 0");
     says(double(3, 9.0), "the normal of a point in the appearance is 9.");
     says(double(12, 9.0), "the view of a point in the appearance is 9.");
     says(double(0, 5.0), "a point's distance, in radii of the body, in the appearance is ");

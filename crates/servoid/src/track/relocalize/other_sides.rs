@@ -108,3 +108,53 @@ impl Tracker {
         sides.into_iter().map(|turn| Pose::from_rotation(turn, place)).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::Twist;
+    use crate::track::Status;
+    use crate::track::target::keyframes::tests::keep;
+    use crate::track::trust::tests::tracker;
+
+    #[test]
+    fn the_other_sides_are_the_known_ones_at_the_same_place_apart_from_it_and_from_each_other() {
+        let mut tracker = tracker(Status::Tracking, 60.0);
+        for number in 0..12 {
+            keep(&mut tracker.target.keyframes, 0.15 * f64::from(number));
+        }
+        let (time_s, world_from_camera) = (0.0, vec![Pose::identity()]);
+        let (images, depths) = (vec![None], Vec::new());
+        let observation = Observation { time_s, world_from_camera, images, depths };
+        for turned in [0.0, 0.4, 0.9, 3.0] {
+            let found = Pose::exp(&Twist::new(0.02, 0.0, 0.6, 0.0, turned, 0.0));
+            let sides = tracker.sides_apart(&observation, &found);
+            assert!(!sides.is_empty());
+            for (number, side) in sides.iter().enumerate() {
+                let away = |other: &Pose| side.rotation().angle_to(&other.rotation());
+                assert!((side.translation() - found.translation()).norm() < 1e-12);
+                assert!(away(&found) >= APART);
+                assert!(sides[..number].iter().all(|other| away(other) >= EACH));
+            }
+        }
+    }
+
+    #[test]
+    fn a_pose_that_was_followed_without_a_turn_is_not_compared() {
+        let mut tracker = tracker(Status::Tracking, 60.0);
+        keep(&mut tracker.target.keyframes, 1.0);
+        let (time_s, world_from_camera) = (0.0, vec![Pose::identity()]);
+        let (images, depths) = (vec![None], Vec::new());
+        let observation = Observation { time_s, world_from_camera, images, depths };
+        let at = |turned: f64| Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
+        let mut compared = |turned: f64, was_missed: bool, share: f64| {
+            let mut hypothesis = Hypothesis::nothing(at(turned), 0.05);
+            hypothesis.quality.share = share;
+            tracker.check_side(&observation, (&at(0.0), was_missed), &mut hypothesis)
+        };
+        assert_eq!(compared(0.9 * TURNED, false, 0.9), 0);
+        assert_eq!(compared(0.0, true, 0.1), 0, "it was not found");
+        assert_eq!(compared(0.0, true, 0.9), 1);
+        assert_eq!(compared(1.1 * TURNED, false, 0.9), 1);
+    }
+}

@@ -66,3 +66,59 @@ impl FoundTurn {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose::Twist;
+
+    fn turned(angle: f64) -> Pose {
+        Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, angle, 0.0))
+    }
+
+    #[test]
+    fn an_orientation_is_doubtful_that_is_farther_than_anything_turns_in_the_time() {
+        for (passed_s, sd_rad) in [(0.0, 0.0), (0.1, 0.0), (0.3, 0.1)] {
+            let most = SLACK + SDS * sd_rad + FASTEST * passed_s;
+            for (factor, is_doubtful) in [(0.5, false), (0.99, false), (1.01, true)] {
+                let mut found = FoundTurn::default();
+                found.follow(2.0, &turned(0.3), sd_rad);
+                found.find(2.0 + passed_s, &turned(0.3 + factor * most));
+                assert_eq!(found.is_doubtful(), is_doubtful, "{passed_s} {factor}");
+                found.find(2.0 + passed_s, &turned(0.3));
+                assert!(!found.is_doubtful(), "it is found where it was");
+            }
+        }
+    }
+
+    #[test]
+    fn a_doubtful_orientation_and_one_that_drifted_judge_no_later_one() {
+        let mut found = FoundTurn::default();
+        found.find(1.0, &turned(3.0));
+        assert!(!found.is_doubtful(), "nothing was known");
+        found.follow(1.0, &turned(0.0), 0.0);
+        found.find(1.0, &turned(2.0));
+        found.follow(1.1, &turned(2.0), 0.0);
+        found.find(1.1, &turned(2.0));
+        assert!(found.is_doubtful(), "the doubtful one was not taken as known");
+        found.find(1.1, &turned(0.0));
+        found.follow(1.2, &turned(1.0), 1.1 * KNOWN_RAD);
+        found.find(1.2, &turned(2.0));
+        assert!(found.is_doubtful(), "the one that drifted was not taken as known");
+    }
+
+    #[test]
+    fn sides_that_look_alike_are_compared_again_now_and_then_until_one_is_decided() {
+        let mut found = FoundTurn::default();
+        assert!((0..3 * EVERY).all(|_| !found.is_due()));
+        for _ in 0..3 {
+            found.decide(true);
+            assert!(found.is_doubtful());
+            let due: Vec<bool> = (0..EVERY).map(|_| found.is_due()).collect();
+            assert_eq!(due.iter().filter(|due| **due).count(), 1);
+            assert!(due[EVERY - 1]);
+        }
+        found.decide(false);
+        assert!(!found.is_doubtful() && (0..3 * EVERY).all(|_| !found.is_due()));
+    }
+}

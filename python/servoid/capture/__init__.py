@@ -20,6 +20,7 @@ from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.capture.opening import count_uncalibrated, open_capture
 from servoid.capture.recorded_times import unordered_times
 from servoid.capture.shrinking import shrunk
+from servoid.capture.step_doubt import doubt_step
 
 __all__ = [
     "ArrayPicture",
@@ -34,6 +35,7 @@ __all__ = [
     "doubt_calibration",
     "doubt_for_model",
     "doubt_rig_poses",
+    "doubt_step",
     "open_capture",
     "shrunk",
     "views_of",

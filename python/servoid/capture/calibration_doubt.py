@@ -14,6 +14,7 @@ from servoid.capture.moving_rig import doubt_rig_poses
 from servoid.capture.neighbours import Album
 from servoid.capture.pair_doubt import doubt_pair
 from servoid.capture.rig_doubt import doubt_rig
+from servoid.capture.step_doubt import doubt_step
 from servoid.capture.view_doubt import doubt_views
 from servoid.words import camera_called
 
@@ -48,8 +49,12 @@ def doubt_for_model(capture: Capture, *, is_assumed: bool = False) -> str | None
     """Return a message if images contradict the calibration or the poses of a model's capture.
 
     What is modelled must rest, so that images from several poses are compared, those of a recording
-    as well. With `is_assumed`, nobody measured the calibration.
+    as well. With `is_assumed`, nobody measured the calibration. Cameras out of step are reported
+    first: what they see of moving things contradicts a right calibration.
     """
+    late = doubt_step(capture)
+    if late is not None:
+        return late
     doubt = doubt_calibration(capture, is_assumed=is_assumed, rests=True)
     is_still = all(pose == capture.world_from_rig[0] for pose in capture.world_from_rig)
     return doubt if doubt is not None or is_still else doubt_rig_poses(capture)

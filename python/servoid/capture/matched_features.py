@@ -14,7 +14,8 @@ from servoid.pose import Floats, exact
 
 FIRST_OF_VIDEO = 30
 """Images of a video that are compared: later ones take long to decode."""
-_LONG_PX = 640  # images are shrunk towards this before features are detected
+LONG_PX = 640
+"""Images are usually shrunk towards this before features are detected."""
 _FEATURES = 1000
 _ALIKE = 0.8  # largest ratio of the best match's distance to the second best's
 _LEAST_OF_PAIR = 20
@@ -44,11 +45,15 @@ class MatchedFeatures:
 
 @dataclass(frozen=True, eq=False)
 class PosedPicture:
-    """An image in its file, and the lens that took it, in the pixels of the shrunk image."""
+    """An image in its file, and the lens that took it, in the pixels of the shrunk image.
+
+    The image is shrunk towards `long_px` before features are detected.
+    """
 
     picture: Picture
     lens: Lens
     recorded: Recorded
+    long_px: int = LONG_PX
 
     @cached_property
     def digest(self) -> bytes | None:
@@ -62,19 +67,31 @@ class PosedPicture:
         shape = np.array(pixels.shape, np.int64).tobytes()
         return sha256(shape + pixels.tobytes()).digest()
 
-    @cached_property
-    def features(self) -> tuple[Floats, NDArray[np.float32]] | None:
-        """Return feature positions, (N, 2) px, and descriptors; None if there are too few."""
+    def grey(self, long_px: int) -> tuple[NDArray[np.uint8], int] | None:
+        """Read the image in grey, shrunk towards `long_px`, and by which factor it is shrunk.
+
+        None if it cannot be read.
+        """
         import cv2
 
         by = 1
-        while max(self.lens.size_px) // (2 * by) >= _LONG_PX:
+        while max(self.lens.size_px) // (2 * by) >= long_px:
             by *= 2
         try:
             pixels = self.picture.read(self.recorded.size_px, by * self.recorded.by)
         except (CaptureError, ImageError):
             return None
-        grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
+        return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY), np.uint8), by
+
+    @cached_property
+    def features(self) -> tuple[Floats, NDArray[np.float32]] | None:
+        """Return feature positions, (N, 2) px, and descriptors; None if there are too few."""
+        import cv2
+
+        shrunk = self.grey(self.long_px)
+        if shrunk is None:
+            return None
+        grey, by = shrunk
         points, looks = cv2.SIFT.create(_FEATURES).detectAndCompute(grey, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
         if looks is None or len(points) < _LEAST_OF_PAIR:
             return None
@@ -93,23 +110,33 @@ def unit_rays(lens: Lens, pixels: Floats) -> Floats:
     return rays / exact.lengths(rays)[:, None]
 
 
+def alike_features(first: PosedPicture, second: PosedPicture) -> tuple[Floats, Floats] | None:
+    """Return where features that look alike are in two images, (N, 2) each; None if too few.
+
+    Each is in the second image at most once.
+    """
+    import cv2
+
+    if first.features is None or second.features is None:
+        return None
+    near = cv2.BFMatcher().knnMatch(first.features[1], second.features[1], k=2)
+    kept = {one.trainIdx: one for one, two in near if one.distance < _ALIKE * two.distance}
+    rows = np.array([(one.queryIdx, one.trainIdx) for one in kept.values()]).reshape(-1, 2)
+    if len(rows) < _LEAST_OF_PAIR:
+        return None
+    return first.features[0][rows[:, 0]], second.features[0][rows[:, 1]]
+
+
 def match_features(
     first: PosedPicture, second: PosedPicture, second_from_first: Pose
 ) -> MatchedFeatures | None:
     """Match the features of two images; return None if there are too few, or no image."""
     import cv2
 
-    found = []
-    for image in (first, second):
-        if image.features is None:
-            return None
-        found.append(image.features)
-    near = cv2.BFMatcher().knnMatch(found[0][1], found[1][1], k=2)
-    kept = {one.trainIdx: one for one, two in near if one.distance < _ALIKE * two.distance}
-    rows = np.array([(one.queryIdx, one.trainIdx) for one in kept.values()]).reshape(-1, 2)
-    if len(rows) < _LEAST_OF_PAIR:
+    alike = alike_features(first, second)
+    if alike is None:
         return None
-    one, other = found[0][0][rows[:, 0]], found[1][0][rows[:, 1]]
+    one, other = alike
     off_px = unit_px(first.lens)
     _, agree = cv2.findFundamentalMat(one, other, cv2.USAC_MAGSAC, off_px, 0.999, 2000)
     if agree is None or agree.sum() < _LEAST_OF_PAIR:

@@ -14,6 +14,7 @@ from servoid.camera import Recorded
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.capture.matched_features import (
     FIRST_OF_VIDEO,
+    LONG_PX,
     MatchedFeatures,
     PosedPicture,
     match_features,
@@ -38,10 +39,11 @@ class PosedView:
 
 
 class Album:
-    """The images of a capture; features of each are found once."""
+    """The images of a capture, shrunk towards `long_px`; features of each are found once."""
 
-    def __init__(self, capture: Capture) -> None:
+    def __init__(self, capture: Capture, *, long_px: int = LONG_PX) -> None:
         self.capture = capture
+        self._long_px = long_px
         self._found: dict[tuple[int, int], PosedPicture] = {}
 
     def views(self) -> list[PosedView]:
@@ -61,7 +63,7 @@ class Album:
         picture = one.pictures[index]
         if picture is None:
             return None
-        made = PosedPicture(picture, one.lens, Recorded(one.lens.size_px))
+        made = PosedPicture(picture, one.lens, Recorded(one.lens.size_px), self._long_px)
         return self._found.setdefault((camera, index), made)
 
     def match(self, one: PosedView, other: PosedView) -> MatchedFeatures | None:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from servoid.brief import brief
-from servoid.capture import Capture, Observation, doubt_calibration, doubt_rig_poses
+from servoid.capture import Capture, Observation, doubt_calibration, doubt_rig_poses, doubt_step
 from servoid.errors import TrackError
 from servoid.source import Feed, Instant, read_instants
 from servoid.track.apart import (
@@ -109,7 +109,8 @@ def track_capture(
 ) -> list[TrackResult]:
     """Track objects through a capture, and return the track of each, in the order of the subjects.
 
-    The images are compared with the calibration and the poses of the rig, as `doubt_capture` does.
+    The images are compared with each other, with the calibration and with the poses of the rig, as
+    `doubt_capture` does.
     `watch` is called after each observation. If it raises, or Ctrl-C is pressed, nothing is
     returned; use `follow` and `Collector` to keep the results so far.
 
@@ -131,10 +132,15 @@ def doubt_capture(
     """Return tracks with what the images have against the calibration and the poses of the rig.
 
     `results` are the tracks of all objects in the capture; what was tracked does not rest, and is
-    left out. With `is_assumed`, nobody measured the calibration.
+    left out. With `is_assumed`, nobody measured the calibration. Cameras out of step are reported
+    alone, as they contradict a right calibration, too.
     """
     if not results:
         return []
+    among = [one.index for one in results[0].tracked]
+    late = doubt_step(capture, among=among)
+    if late is not None:
+        return [replace(one, step_doubt=late) for one in results]
     last = results[0].tracked[-1].index
     doubt = doubt_calibration(capture, is_assumed=is_assumed, last=last)
     rig_doubt = None
@@ -142,7 +148,7 @@ def doubt_capture(
         rig_doubt = doubt_rig_poses(
             capture,
             lambda index: [ball for one in results if (ball := one.ball_at(index)) is not None],
-            among=[one.index for one in results[0].tracked],
+            among=among,
         )
     return [replace(one, calibration_doubt=doubt, rig_doubt=rig_doubt) for one in results]
 

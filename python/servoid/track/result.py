@@ -84,7 +84,8 @@ class TrackResult:
     body's outline and the masks of the first observation, their mean, None without masks. `doubts`
     are those of the notes that doubt the mask, the body or the pose of the start;
     `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, and
-    `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`.
+    `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`, and
+    `step_doubt` by how much one camera is behind another, by `capture.doubt_step`.
     `is_metric` is False if the body's lengths are in an unknown unit.
     """
 
@@ -100,6 +101,7 @@ class TrackResult:
     doubts: tuple[str, ...] = ()
     calibration_doubt: str | None = None
     rig_doubt: str | None = None
+    step_doubt: str | None = None
     is_metric: bool = True
 
     def __repr__(self) -> str:
@@ -133,18 +135,27 @@ class TrackResult:
     def verdict(self) -> str:
         """Return whether the tracking is good, rough, poor or unknown, as its report begins."""
         # Good poses may be those of another object, or wrong by a wrong scale.
-        is_doubted = self.doubts or self.calibration_doubt or self.rig_doubt
+        is_doubted = self.doubts or self.capture_doubts
         allowed = _VERDICTS[1:] if is_doubted else _VERDICTS
         word = next(word for word, least in allowed if self.tracked_share >= least)
         return "unknown" if word == _VERDICTS[0][0] and self._is_short else word
 
     @property
+    def capture_doubts(self) -> tuple[str, ...]:
+        """Return what the images have against the cameras, their poses and their times."""
+        found = (self.calibration_doubt, self.rig_doubt, self.step_doubt)
+        return tuple(one for one in found if one is not None)
+
+    @property
     def notices_on_all(self) -> list[str]:
         """Return what puts all poses in doubt, as notices that go with each of them in files."""
         first = ["what was found at first is in doubt"] if self.doubts else []
-        calibration = ["the calibration is in doubt"] if self.calibration_doubt is not None else []
-        rig = ["the poses of the rig are in doubt"] if self.rig_doubt is not None else []
-        return [*first, *calibration, *rig]
+        kinds = (
+            (self.calibration_doubt, "the calibration is in doubt"),
+            (self.rig_doubt, "the poses of the rig are in doubt"),
+            (self.step_doubt, "the cameras are out of step"),
+        )
+        return [*first, *(words for doubt, words in kinds if doubt is not None)]
 
     @property
     def reasons(self) -> list[str]:

@@ -91,8 +91,7 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
     results = doubt_capture(footage.capture, results, is_assumed=is_assumed)
     if any(one.notices_on_all for one in results):
         _write_poses(order, results)  # once more, with these notices
-    found = results[0].calibration_doubt, results[0].rig_doubt
-    lacking += [one for one in found if one is not None]
+    lacking += results[0].capture_doubts
     if reports is not None:
         notes = [*notes_on(footage), *lacking, *footage.notes]
         pages = reports.write(results, _ending(stopped, len(collector)), notes)

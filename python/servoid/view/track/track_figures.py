@@ -137,9 +137,7 @@ class TrackFigures:
     def _doubts(self) -> Iterator[str]:
         result = self.result
         yield from result.doubts
-        for doubt in (result.calibration_doubt, result.rig_doubt):
-            if doubt is not None:
-                yield doubt
+        yield from result.capture_doubts
 
     def _step(self, place: int, one: Tracked) -> dict[str, Any]:
         turning = self.turning

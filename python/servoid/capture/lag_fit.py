@@ -108,5 +108,6 @@ def _sums(
 
 
 def _solved(sums: Sequence[tuple[Floats, Floats]]) -> Floats:
-    matrix, right = (sum(part[1:], part[0]) for part in zip(*sums, strict=True))
+    matrix = np.sum([one for one, _ in sums], axis=0)
+    right = np.sum([other for _, other in sums], axis=0)
     return exact.solve(matrix + _TINY * np.eye(len(right)), right)

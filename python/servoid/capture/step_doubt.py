@@ -30,10 +30,10 @@ _INSTANTS = 12  # that are compared, of these
 _SETTLED = 4  # instants from which on few errors are enough
 _LEAST_INSTANTS = 6  # that show a lag, or all
 _LEAST_MOVING = 10  # features
-_LEAST_LAG = 0.4  # images; of recorded pairs in step up to 0.27 is measured
-_ERRORS = 6.0
-_SETTLED_ERRORS = 4.0
-_SUSPECT_ERRORS = 2.0
+_LEAST_LAG = 0.4  # images; of a recorded pair, of unknown step, 0.33 is measured
+_ERRORS = 6.0  # of a lag that is reported
+_SETTLED_ERRORS = 4.0  # added to the lag of cameras in step
+_SUSPECT_ERRORS = 2.0  # of a lag that is worth a look at larger images
 _SHIFTS = 3
 _MOST_LEFT = 0.75  # images, after one camera is shifted by whole ones
 _CORNERS = 200
@@ -161,10 +161,10 @@ def _followed(
     """Follow features from one image to another and back; return where they are, and which are."""
     import cv2
 
-    images = one.grey(long_px), other.grey(long_px)
-    if images[0] is None or images[1] is None:
+    here, later = one.grey(long_px), other.grey(long_px)
+    if here is None or later is None:
         return None
-    (start, by), (end, _) = images
+    (start, by), (end, _) = here, later
     given = ((pixels + 0.5) / by - 0.5).astype(np.float32)[:, None]
     there, found, _ = cv2.calcOpticalFlowPyrLK(start, end, given, None, winSize=_WINDOW_PX)  # pyright: ignore[reportCallIssue, reportArgumentType]
     back, again, _ = cv2.calcOpticalFlowPyrLK(end, start, there, None, winSize=_WINDOW_PX)  # pyright: ignore[reportCallIssue, reportArgumentType]
@@ -213,7 +213,7 @@ def _lag_of(coarse: _Pair, fine: _Pair, order: Sequence[int]) -> Lag | None:
     lag is estimated from the images of the first camera that many whole ones before.
     """
     rough = _estimated(coarse, order, 0)
-    if rough is None or (_is_known(rough) and _is_in(rough)) or not _is_suspect(rough):
+    if rough is None or not _is_suspect(rough):
         return None
     shift = round(rough.images) if _is_known(rough) else 0
     for _ in range(_SHIFTS):
@@ -252,6 +252,8 @@ def _estimated(pair: _Pair, order: Sequence[int], shift: int) -> Lag | None:
 
 def _is_suspect(lag: Lag) -> bool:
     """Return whether a lag is worth more time."""
+    if _is_known(lag) and _is_in(lag):
+        return False
     return 2 * lag.moving >= _LEAST_MOVING and abs(lag.images) > _SUSPECT_ERRORS * lag.error
 
 

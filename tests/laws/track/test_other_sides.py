@@ -33,7 +33,6 @@ def played(capture: Capture, order: Sequence[int]) -> Capture:
             camera,
             pictures=tuple(camera.pictures[index] for index in order),
             mask_paths=(camera.mask_paths[0], *(None for _ in order[1:])),
-            depth_paths=tuple(None for _ in order),
         )
         for camera in capture.cameras
     )
@@ -64,15 +63,15 @@ def test_a_side_that_looks_like_the_right_one_is_not_trusted_twice_in_a_row(
 
 
 @pytest.mark.extended
-@pytest.mark.parametrize("order_seed", [1, 2])
-def test_of_stripes_that_look_alike_the_right_ones_are_found_more_often(order_seed: int) -> None:
-    # 95 and 101 images are right, and 10 are wrong; before sides were compared, 46 and 45 were
-    # right, and 65 and 2 wrong.
+@pytest.mark.parametrize("seed", [0, 1])
+def test_of_stripes_that_look_alike_the_right_ones_are_found_again(seed: int) -> None:
+    # Before sides were compared, 68 and 6 of 204 images were wrong, 23 and 5 in a row, and 37 and
+    # 80 were right.
     recording = recording_with_truth("hard/mug_sway")
-    order = pieces(120, 16, order_seed)
+    order = pieces(120, 16, 1)
     capture = played(recording.capture, order)
-    result = track_capture(capture, None, Request())[0]
+    result = track_capture(capture, None, Request(seed=seed))[0]
     truth = [recording.truth[index] for index in order]
     found = verdicts(result.tracked, truth, recording.vertices)
-    assert np.count_nonzero(found.trusted_wrong) < 20
-    assert np.count_nonzero(found.right) > 60
+    assert found.longest_wrong <= 1
+    assert np.count_nonzero(found.right) > 80

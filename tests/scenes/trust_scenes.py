@@ -81,19 +81,16 @@ TOYS = {
     "spot": Toy(0.15, (0.75, 0.7, 0.65)),
 }
 _TOY = "toy "  # before the name of one
-# Turned on a lathe: a skittle of one colour, whose spin nothing shows, a bottle with a label on a
-# third of its girth, and a can with stripes that look alike, and specks that do not. Profiles are
-# radii and heights in millimetres.
-SKITTLE, LABELLED, STRIPED = "skittle", "labelled bottle", "striped can"
+# Turned on a lathe: a skittle of one colour, whose spin nothing shows, and a bottle with a label on
+# a third of its girth. Profiles are radii and heights in millimetres.
+SKITTLE, LABELLED = "skittle", "labelled bottle"
 _PROFILES = {
     SKITTLE: ((20, -90), (34, -60), (36, -20), (20, 20), (14, 50), (19, 70), (12, 90)),
     LABELLED: ((30, -90), (34, -85), (34, 30), (20, 55), (12, 70), (12, 90)),
-    STRIPED: ((38, -50), (40, -47), (40, 47), (38, 50)),
 }
 _RINGS = 60
 _PAINT = (0.8, 0.25, 0.2)
 _LABEL_PX, _GLASS = (200, 600), (60, 120, 190)  # of its texture, once around; grey levels of sRGB
-_STRIPES, _SPECKS, _RED = 8, 600, np.array((150, 25, 30))
 
 
 @cache
@@ -130,22 +127,10 @@ def _label() -> Texture:
     return texture
 
 
-def _stripes() -> Texture:
-    """Draw upright stripes all around a can, each like the others, with a few specks."""
-    height, width = _LABEL_PX
-    random = np.random.default_rng(6)
-    around = 2.0 * np.pi * _STRIPES * np.arange(width) / width
-    light = 1.0 + 0.35 * np.sin(around) + 0.2 * np.sin(3.0 * around)
-    texture = np.clip(light[None, :, None] * _RED, 0, 255) * np.ones((height, 1, 1))
-    texture[random.integers(0, height, _SPECKS), random.integers(0, width, _SPECKS)] = 200
-    return texture.astype(np.uint8)
-
-
 def parts_of(name: str) -> tuple[Visual, ...] | None:
     """Return what a toy is drawn as; nothing for the world's own objects, which it draws itself."""
-    if name in (LABELLED, STRIPED):
-        texture = _label() if name == LABELLED else _stripes()
-        return (Visual(_lathed(name), Finish(texture=texture, gloss=GLOSS), OBJECT),)
+    if name == LABELLED:
+        return (Visual(_lathed(name), Finish(texture=_label(), gloss=GLOSS), OBJECT),)
     if name != SKITTLE and not name.startswith(_TOY):
         return None
     color = _PAINT if name == SKITTLE else TOYS[name.removeprefix(_TOY)].color

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 
 _CUT_OFF = "Input data was truncated"  # of the fast parser
 _AT_BYTE = re.compile(r"\(byte (\d+)\)")
@@ -38,9 +39,8 @@ def repeated_key(content: bytes) -> str | None:
     found: list[str] = []
 
     def look(pairs: list[tuple[str, object]]) -> None:
-        names = [name for name, _ in pairs]
-        if len(set(names)) < len(names):
-            found.extend(name for name in names if names.count(name) > 1)
+        counts = Counter(name for name, _ in pairs)
+        found.extend(name for name, count in counts.items() if count > 1)
 
     try:
         json.loads(content, object_pairs_hook=look)

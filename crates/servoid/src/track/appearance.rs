@@ -84,8 +84,9 @@ impl Appearance {
     }
 
     fn check(&self) -> Result<(), TrackError> {
-        let wrong = |what: &'static str, allowed: &'static str, given: f64| {
-            Err(TrackError::Impossible { what, allowed, given: Digits(given).to_string() })
+        let wrong = |what: &'static str, allowed: &str, given: f64| {
+            let (allowed, given) = (allowed.to_string(), Digits(given).to_string());
+            Err(TrackError::Impossible { what, allowed, given })
         };
         for (_, share) in &self.colors {
             if !(0.0..=1.0 + ROUNDED as f32).contains(share) {
@@ -205,7 +206,7 @@ impl Tracker {
         if farthest > FARTHEST {
             return Err(TrackError::Impossible {
                 what: "a point's distance, in radii of the body,",
-                allowed: "10 or less",
+                allowed: format!("{FARTHEST} or less"),
                 given: Digits(farthest).to_string(),
             });
         }

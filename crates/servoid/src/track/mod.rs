@@ -100,7 +100,7 @@ pub enum TrackError {
         /// What the number is.
         what: &'static str,
         /// What is possible.
-        allowed: &'static str,
+        allowed: String,
         /// What was given.
         given: String,
     },

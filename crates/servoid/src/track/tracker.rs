@@ -147,6 +147,9 @@ impl Tracker {
                 evaluations +=
                     self.return_to_known_side(observation, &mut expected, &mut hypothesis)?;
             }
+            if !clock.is_over(budget) {
+                evaluations += self.check_side_again(observation, &expected, &mut hypothesis);
+            }
             clock.lap(|timing| &mut timing.search);
         }
         if (missed || !self.trust.is_proved()) && self.frame.can_see() {
@@ -171,6 +174,8 @@ impl Tracker {
         }
         let mut estimate = self.estimate(observation, &hypothesis);
         if estimate.located {
+            let sd_rad = self.target.points.turn_variance().sqrt();
+            self.trust.found_turn.follow(observation.time_s, &hypothesis.pose, sd_rad);
             self.keep_surely_seen(observation, &hypothesis);
         }
         clock.lap(|timing| &mut timing.verify);
@@ -238,6 +243,9 @@ impl Tracker {
             self.close_loop(expected, hypothesis, drifted);
         }
         let usual = self.least_share_of_print();
+        if relocalized || !self.is_landed(expected, hypothesis) {
+            self.trust.found_turn.find(time_s, &hypothesis.pose);
+        }
         if relocalized {
             self.held_back.pause();
             if went_on {

@@ -5,6 +5,7 @@ mod from_masks;
 mod known_side;
 mod known_turns;
 mod look_alike;
+mod other_sides;
 mod relocalizer;
 
 pub use from_masks::{MaskFit, pose_from_masks, poses_from_masks};
@@ -46,15 +47,17 @@ impl Tracker {
         expected: &Pose,
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
-        if self.trust.seek_nearby(self.target.points.are_guessed()) {
+        let was_missed = hypothesis.quality.share < self.least_share();
+        let scored = if self.trust.seek_nearby(self.target.points.are_guessed()) {
             // It may have turned unseen, or not.
             let turned = *expected * self.unseen_turn(hypothesis);
             let is_turned = !self.trust.turn_unseen.is_multiple_of(EXPECTED_EVERY);
             let near = if is_turned { turned } else { *expected };
-            self.relocalize_locally(observation, (&near, 1), hypothesis)
+            self.relocalize_locally(observation, (&near, 1), hypothesis)?
         } else {
-            self.relocalize_anywhere(observation, hypothesis)
-        }
+            self.relocalize_anywhere(observation, hypothesis)?
+        };
+        Ok(scored + self.check_side(observation, (expected, was_missed), hypothesis))
     }
 
     /// Searches for the object in the whole images, and keeps the hypothesis that is followed unless

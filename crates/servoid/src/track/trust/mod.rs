@@ -1,6 +1,7 @@
 //! Decides what is reported of a pose that is followed and what may be learned from it, by the
 //! thresholds here. The shares from which on a pose is followed are settings.
 
+mod found_turn;
 mod outline;
 mod parting;
 mod print;

@@ -1,3 +1,4 @@
+use super::found_turn::FoundTurn;
 use super::{ADRIFT_RAD, CLEAR};
 use crate::track::estimate::Status;
 use crate::track::pose::verify::Quality;
@@ -72,6 +73,7 @@ pub(in crate::track) struct Trust {
     pub(in crate::track) adrift: usize,
     /// Images since as much of it as usual was seen.
     pub(in crate::track) doubtful: usize,
+    pub(in crate::track) found_turn: FoundTurn,
 }
 
 impl Trust {
@@ -181,7 +183,8 @@ impl Trust {
         self.reliable = if is_reliable { self.reliable + 1 } else { 0 };
         let was_long = self.unreliable > UNRELIABLE;
         let is_again = is_printed && self.reliable >= REPORTED_AGAIN;
-        self.is_oriented = is_reliable && (!was_long || is_again);
+        let is_believed = !self.found_turn.is_doubtful();
+        self.is_oriented = is_reliable && is_believed && (!was_long || is_again);
         if self.is_oriented {
             self.unreliable = 0;
         } else if is_clear && !is_reliable {
@@ -210,7 +213,7 @@ impl Trust {
         let &Quality { visible, recognised, .. } = quality;
         let is_clear = visible >= CLEAR;
         self.cooldown = if is_clear { self.cooldown.saturating_sub(1) } else { COOLDOWN };
-        if !located || self.turn_unseen > 0 {
+        if !located || self.turn_unseen > 0 || self.found_turn.is_doubtful() {
             return Updates { colors: false, surface: false, whole: false };
         }
         // What hides the object must not become part of it, and a pose that is slightly off must

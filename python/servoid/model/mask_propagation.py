@@ -39,7 +39,8 @@ def propagate_masks(
     """Make masks for views without one, from views that have masks.
 
     The colours of object and background are learned in the marked views. A rough body that agrees
-    with them in all views predicts the silhouette in each. GrabCut finds a mask near it, excluding
+    with them in all views predicts the silhouette in each; where some cameras see no colours, grey
+    levels are compared instead. GrabCut finds a mask near it, excluding
     pixels at another depth where the depth is known. A better body is fitted to all masks, and the
     steps are repeated. Views in which mask and body disagree are omitted. `progress` is called with
     the share done.
@@ -54,10 +55,14 @@ def propagate_masks(
     images = in_parallel(CaptureView.image, others)
     report(0.1)
     natives = [view.view() for view in marked]
+    compared = _in_one_kind([*(view.image() for view in marked), *images])
     body = initial_body(
         natives,
-        [view.image() for view in marked],
-        [(v.camera, v.world_from_camera, i) for v, i in zip(others, images, strict=True)],
+        compared[: len(marked)],
+        [
+            (view.camera, view.world_from_camera, image)
+            for view, image in zip(others, compared[len(marked) :], strict=True)
+        ],
         ModelSettings(max_ellipsoids=_ROUGH_ELLIPSOIDS, delta=0.0, seed=seed, threads=threads),
         points=samples.points,
         directions=samples.directions,
@@ -76,6 +81,17 @@ def propagate_masks(
             views = [*natives, *(view.view() for view in found)]
             body = _body(views, samples, count, seed, threads)
     return found
+
+
+def _in_one_kind(images: Sequence[NDArray[np.uint8]]) -> list[NDArray[np.uint8]]:
+    """Return images (H, W, 3), in grey levels if some, but not all, show no colours."""
+    import cv2
+
+    are_grey = [bool((image == image[..., :1]).all()) for image in images]
+    if all(are_grey) or not any(are_grey):
+        return list(images)
+    levels = (cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images)
+    return [np.asarray(cv2.cvtColor(one, cv2.COLOR_GRAY2RGB), np.uint8) for one in levels]
 
 
 @dataclass(frozen=True)

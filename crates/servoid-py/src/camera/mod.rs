@@ -224,6 +224,19 @@ impl<'a> Pixels<'a> {
     pub fn view(&self) -> PyResult<core::ImageView<'_>> {
         core::ImageView::new(&self.data, self.size_px, self.channels).map_err(raise)
     }
+
+    /// Returns whether three channels differ somewhere; none if there is only one.
+    pub fn shows_color(&self) -> Option<bool> {
+        let is_colored = |pixel: &[u8]| pixel[0] != pixel[1] || pixel[1] != pixel[2];
+        let has_three = self.channels == core::Channels::Rgb;
+        has_three.then(|| self.data.chunks_exact(3).any(is_colored))
+    }
+
+    /// Returns the first of three channels as an image of grey levels.
+    pub fn first_channel(self) -> Self {
+        let data = Cow::Owned(self.data.iter().step_by(3).copied().collect());
+        Self { data, size_px: self.size_px, channels: core::Channels::Grey }
+    }
 }
 
 /// An image in which the object is marked: a camera, its pose, and a mask.

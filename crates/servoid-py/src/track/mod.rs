@@ -1,5 +1,6 @@
 pub(crate) mod estimate;
 pub(crate) mod from_masks;
+mod kinds;
 pub(crate) mod one_step;
 pub(crate) mod settings;
 
@@ -20,6 +21,7 @@ use crate::pose::{Pose, read_poses, rows};
 use crate::shape::Body;
 use crate::taking::{Listed, Seconds, Wanted, described, read_whole};
 use crate::track::estimate::Estimate;
+use crate::track::kinds::Kinds;
 use crate::track::settings::TrackSettings;
 
 /// Images from Python, None where a camera delivered nothing.
@@ -39,7 +41,7 @@ const NO_APPEARANCE: &str = "there is no appearance to recall: the body's file w
 /// It is constructed from cameras and a body; raises TrackError. It takes one call at a time: while
 /// one thread calls it, the calls of others raise TrackError.
 #[pyclass(frozen, module = "servoid.track")]
-pub struct Tracker(Held<core::Tracker>);
+pub struct Tracker(Held<core::Tracker>, Kinds);
 
 #[pymethods]
 impl Tracker {
@@ -54,7 +56,7 @@ impl Tracker {
         let cameras: Vec<_> = cameras.0.iter().map(|camera| camera.0).collect();
         let settings = settings.map(|settings| settings.0).unwrap_or_default();
         let tracker = core::Tracker::new(&cameras, &body.0, settings).map_err(raise)?;
-        Ok(Self(Held::new(tracker)))
+        Ok(Self(Held::new(tracker), Kinds::default()))
     }
 
     /// Learns colours and surface points from images in which the object's pose is known; masks,
@@ -73,7 +75,8 @@ impl Tracker {
         masks: Option<Masks<'_>>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
+        self.1.forget();
+        let (images, depths) = (self.1.read(&images)?, depths.unwrap_or_default().0);
         let masks = masks.unwrap_or_default();
         let masks = read_masks(&masks)?;
         let observation = observation(time_s.0, &world_from_camera.0, &images, &depths)?;
@@ -96,7 +99,7 @@ impl Tracker {
         images: Pictures<'_>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
+        let (images, depths) = (self.1.read(&images)?, depths.unwrap_or_default().0);
         let observation = observation(time_s.0, &world_from_camera.0, &images, &depths)?;
         let tracker = &mut *self.0.write()?;
         py.detach(|| tracker.step(&observation)).map(Estimate::from).map_err(raise)
@@ -116,7 +119,7 @@ impl Tracker {
         near: Option<Pose>,
         depths: Option<Depths<'_>>,
     ) -> PyResult<Estimate> {
-        let (images, depths) = (read(&images)?, depths.unwrap_or_default().0);
+        let (images, depths) = (self.1.read(&images)?, depths.unwrap_or_default().0);
         let observation = observation(time_s.0, &world_from_camera.0, &images, &depths)?;
         let near = near.map(|pose| pose.0);
         let tracker = &mut *self.0.write()?;
@@ -140,7 +143,7 @@ impl Tracker {
         #[pyo3(from_py_with = whole_resolution)] resolution: usize,
         #[pyo3(from_py_with = whole_threads)] threads: usize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let images = read(&images)?;
+        let images = self.1.read(&images)?;
         let observation = observation(time_s.0, &world_from_camera.0, &images, &[])?;
         let poses = read_poses(poses)?;
         let tracker = &*self.0.read()?;

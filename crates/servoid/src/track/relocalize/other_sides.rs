@@ -30,7 +30,7 @@ impl Tracker {
     ) -> usize {
         let is_found = hypothesis.quality.share >= self.settings.trusted;
         let turned = hypothesis.pose.rotation().angle_to(&expected.rotation());
-        if !is_found || !(was_missed || turned >= TURNED) {
+        if !is_found || !self.tells_sides() || !(was_missed || turned >= TURNED) {
             return 0;
         }
         let found = hypothesis.pose;
@@ -52,7 +52,7 @@ impl Tracker {
         expected: &Pose,
         hypothesis: &mut Hypothesis,
     ) -> usize {
-        if !self.trust.found_turn.is_due() {
+        if !self.trust.found_turn.is_due() || !self.tells_sides() {
             return 0;
         }
         let followed = hypothesis.pose;
@@ -64,6 +64,12 @@ impl Tracker {
             self.settle(observation, hypothesis);
         }
         scored
+    }
+
+    /// Returns whether support can tell one side from another: without print all look alike, and with
+    /// guessed distances other poses fit as well as the right one.
+    fn tells_sides(&self) -> bool {
+        self.is_surely_printed() && !self.target.points.are_guessed()
     }
 
     /// Replaces a pose by one at which the cameras see another known side, if that has more support,
@@ -153,6 +159,8 @@ mod tests {
         let (images, depths) = (vec![None], Vec::new());
         let observation = Observation { time_s, world_from_camera, images, depths };
         let at = |turned: f64| Pose::exp(&Twist::new(0.0, 0.0, 0.5, 0.0, turned, 0.0));
+        let reference = &mut tracker.target.reference;
+        (reference.most_fine, reference.most_textured) = (1.0, 1e3);
         let mut compared = |turned: f64, was_missed: bool, share: f64| {
             let mut hypothesis = Hypothesis::nothing(at(turned), 0.05);
             hypothesis.quality.share = share;
@@ -162,5 +170,10 @@ mod tests {
         assert_eq!(compared(0.0, true, 0.1), 0, "it was not found");
         assert_eq!(compared(0.0, true, 0.9), 1);
         assert_eq!(compared(1.1 * TURNED, false, 0.9), 1);
+        tracker.target.reference.most_fine = 0.0;
+        let mut hypothesis = Hypothesis::nothing(at(0.0), 0.05);
+        hypothesis.quality.share = 0.9;
+        let scored = tracker.check_side(&observation, (&at(0.0), true), &mut hypothesis);
+        assert_eq!(scored, 0, "without print all sides look alike");
     }
 }

@@ -38,8 +38,9 @@ _ELSEWHERE = (
     "search for the object"
 )
 _OTHER = (
-    "the object in the mask does not match the appearance in the body's file: its poses mean "
-    "nothing if it is another object; give that object's own body"
+    "the object in the mask does not match the appearance in the body's file: it may be another "
+    "object, or another side of it, so that no pose is reported as tracking; give its own body, or "
+    "if it is the same one in another light, its pose as the start"
 )
 _STRANGER = (
     "the object in the mask is not the one in the body's file: it does not match its appearance, "

@@ -173,8 +173,12 @@ def begin(
     ) and (is_own and not confirms)
     is_off = is_off or (distance is not None and distance.is_wrong)
     is_elsewhere = subject.body is not None and (is_unlike or is_off)
-    # An appearance that is not seen may look otherwise in another light; later images tell.
-    is_wrong = is_elsewhere and (is_off or (recognition is not None and recognition.is_elsewhere))
+    # Where the pose was given, the object may look otherwise in another light. One that fits masks
+    # alone may be one of several, or of another object, and no later image tells.
+    is_guessed = subject.start is None
+    is_wrong = is_elsewhere and (
+        is_off or is_guessed or (recognition is not None and recognition.is_elsewhere)
+    )
     turned = None
     if known.pose is not None and known.others and subject.appearance is None:
         turned = turn_note(known.pose, known.others)

@@ -1,5 +1,6 @@
 """A given body is compared with the masks of the first observation before it is believed."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -146,6 +147,21 @@ def test_a_look_that_is_not_recognised_dooms_no_start_that_fits_its_mask(
     first, *others = followed(alone, [0.0] * 6, knows_look=True).tracked
     assert (first.estimate.status, first.estimate.confidence) == ("searching", 0.0)
     assert all(one.is_tracked for one in others)
+
+
+def test_a_look_that_is_not_recognised_where_a_mask_alone_was_given_confirms_no_pose(
+    alone: Alone, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A mug on its head and a bottle that showed its back were tracking at 0.99, 100 and 180 degrees
+    # off, and so was the body of a bottle on a box.
+    unlike = Recognition(Pose.identity(), is_unlike=True, is_sure=False, off=(0.0, 0.0))
+    file = load_body(alone.folder / "body.json")
+    subject = Subject(body=file.body(), appearance=file.look(), fitness=file.fitness)
+    for recognition in (replace(unlike, is_unlike=False), unlike):
+        monkeypatch.setattr(starting, "recognised", lambda *_, said=recognition: said)
+        result = track_capture(alone.recording.capture, [subject], Request(seed=0))[0]
+        statuses = {one.estimate.status for one in result.tracked}
+        assert statuses == {"searching" if recognition.is_unlike else "tracking"}
 
 
 @pytest.mark.parametrize(

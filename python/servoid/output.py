@@ -21,6 +21,27 @@ _NO_FILES = {
 }
 
 
+_ledgers: list[list[Path]] = []
+
+
+@contextmanager
+def noted_writes() -> Iterator[list[Path]]:
+    """Yield a list of the files and folders that are written during the block."""
+    ledger: list[Path] = []
+    _ledgers.append(ledger)
+    try:
+        yield ledger
+    finally:
+        _ledgers.remove(ledger)
+
+
+def move_to(path: Path, draft: Path) -> None:
+    """Move a finished file or folder to `path`, or where a link there leads; raises OSError."""
+    draft.replace(path.resolve())
+    for ledger in _ledgers:
+        ledger.append(path)
+
+
 def write_whole(path: Path, data: bytes) -> None:
     """Write `data` to `path` atomically, so that no partial file ever exists there.
 
@@ -37,7 +58,7 @@ def write_whole(path: Path, data: bytes) -> None:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        partial.replace(target)
+        move_to(path, partial)
     except OSError as error:
         raise OutputError(f"cannot write {path}: {_reason(error)}") from error
     finally:
@@ -84,7 +105,7 @@ def written_beside(path: Path) -> Iterator[Path]:
     try:
         yield partial
         try:
-            partial.replace(target)
+            move_to(path, partial)
         except OSError as error:
             raise OutputError(f"cannot write {path}: {_reason(error)}") from error
     finally:
@@ -123,7 +144,7 @@ def write_folder(directory: Path, fill: Callable[[Path], None], kind: FolderKind
             check_replaceable(directory, kind)  # again, because filling it took a while
             if target.exists():
                 target.rename(Path(scratch) / "earlier")
-            draft.rename(target)
+            move_to(directory, draft)
     except OutputError:
         raise
     except OSError as error:

@@ -237,7 +237,7 @@ def decode_bytes(
     except cv2.error as reason:
         raise error(f"{place} cannot be decoded as an image: {reason.err}") from reason
     if pixels is None:
-        raise error(f"{place} cannot be decoded: it is no image or it is damaged; replace the file")
+        raise error(f"{place} cannot be decoded: {_undecoded(data)}")
     if bits < WHOLE_BITS and pixels.dtype == np.uint16:
         pixels = narrowed(np.asarray(pixels, np.uint16), bits, place)
     height, width = pixels.shape[:2]
@@ -251,6 +251,22 @@ def decode_bytes(
     # The decoder keeps the remainder at the right and bottom; cut it off.
     whole = pixels[: size_px[1] // reduced, : size_px[0] // reduced]
     return shrink(whole, by // reduced)
+
+
+def _undecoded(data: bytes) -> str:
+    """Return why an image file cannot be used, and what to do."""
+    import cv2
+
+    try:
+        stored = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        stored = None
+    if stored is None or stored.dtype in (np.uint8, np.uint16):
+        return "it is no image or it is damaged; replace the file"
+    return (
+        f"its values are of type {stored.dtype}, and nothing says what is dark and bright; store "
+        "it with 8 or 16 bits, as whole numbers"
+    )
 
 
 def _reduction(by: int) -> int:

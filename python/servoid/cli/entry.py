@@ -6,6 +6,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NoReturn
 
 from servoid.cli.interrupting import (
@@ -17,12 +18,14 @@ from servoid.cli.interrupting import (
 from servoid.cli.messages import print_message
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import ServoidError
+from servoid.output import noted_writes
 
 FAILED = 1
 WRONG_OPTION = 2
 BUG = 70  # an internal software error in <sysexits.h>
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NAMED = 6  # of what was written, in a message
 _SHOW_TRACEBACK = "SERVOID_TRACEBACK"
 _NO_MEMORY = (
     "error: out of memory; end other programs, raise the memory limit of this process, or give "
@@ -33,9 +36,9 @@ _NO_MEMORY = (
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run `servoid ARGUMENTS` and exit: 0 done, 1 failed, 2 wrong usage, 130 interrupted."""
     _quieten()
-    with heeded_signals() as came:
+    with heeded_signals() as came, noted_writes() as written:
         try:
-            _run(arguments)
+            _run(arguments, written)
         except SystemExit as end:
             if end.code == INTERRUPTED:
                 sys.exit(exit_code(came))
@@ -50,7 +53,7 @@ def _quieten() -> None:
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 
-def _run(arguments: Sequence[str] | None) -> NoReturn:
+def _run(arguments: Sequence[str] | None, written: Sequence[Path]) -> NoReturn:
     try:
         from servoid.cli.app import app
 
@@ -60,7 +63,7 @@ def _run(arguments: Sequence[str] | None) -> NoReturn:
     except ServoidError as error:
         _fail(f"error: {error}", FAILED)
     except (KeyboardInterrupt, InterruptedCommand):
-        _fail("interrupted; nothing was written", INTERRUPTED)
+        _fail(f"interrupted; {_what_was_written(written)}", INTERRUPTED)
     except MemoryError:
         _fail(_NO_MEMORY, FAILED)
     except OSError as error:
@@ -75,6 +78,15 @@ def _run(arguments: Sequence[str] | None) -> NoReturn:
             raise
         _fail(_bug(error), BUG)
     sys.exit(0)
+
+
+def _what_was_written(written: Sequence[Path]) -> str:
+    """Name what a command wrote that is still there."""
+    there = list(dict.fromkeys(path for path in written if path.exists()))
+    if not there:
+        return "nothing was written"
+    more = f" and {len(there) - _NAMED} more" if len(there) > _NAMED else ""
+    return f"written before: {', '.join(map(str, there[:_NAMED]))}{more}"
 
 
 def _is_of_printing(error: OSError) -> bool:

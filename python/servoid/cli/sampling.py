@@ -1,5 +1,6 @@
 """`servoid sample`: writes a capture to try servoid with."""
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -44,7 +45,7 @@ def _write_still(directory: Path) -> None:
     with progress_bar("drawing") as update:
         write_sample(directory, progress=lambda done, of: update(done / of, f"{done} of {of}"))
     typer.echo(f"Wrote a capture into {directory}; model it with")
-    typer.echo(f"  servoid model {directory} --out body.json")
+    typer.echo(f"  servoid model {shlex.quote(str(directory))} --out body.json")
 
 
 def _write_moving(directory: Path, chosen: Mapping[str, Any]) -> None:
@@ -64,7 +65,8 @@ def _write_moving(directory: Path, chosen: Mapping[str, Any]) -> None:
     typer.echo(f"Wrote a recording of {counted(scenario.count, 'observation')} into {directory},")
     typer.echo(f"  with the true poses in {directory / 'truth'}; track it with")
     distance = f" --distance {_first_distance_m(scenario):.2f}" if scenario.one_camera else ""
-    typer.echo(f"  servoid track {directory}{distance} --out poses.csv --video track.mp4")
+    place = shlex.quote(str(directory))
+    typer.echo(f"  servoid track {place}{distance} --out poses.csv --video track.mp4")
     if scenario.one_camera:
         typer.echo("One camera measures no depth, so only the first poses will be confirmed.")
 

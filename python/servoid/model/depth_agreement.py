@@ -118,7 +118,9 @@ def _is_around(mask: NDArray[np.uint8], depth: NDArray[np.float32], parting: Par
     around, far = (
         depth[part & np.isfinite(depth) & (depth > 0.0)] for part in (ring, parting.far != 0)
     )
-    return len(around) > 0 and bool(np.median(around) < np.median(far) + _AS_FAR * parting.gap)
+    if not len(around) or not len(far):
+        return False
+    return bool(np.median(around) < np.median(far) + _AS_FAR * parting.gap)
 
 
 def _kernel(reach_px: int) -> NDArray[np.uint8]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from servoid.config import name_fault
 from servoid.errors import OutputError
-from servoid.output import check_folder, make_folder, write_whole
+from servoid.output import check_folder, make_folder, move_to, write_whole
 from servoid.pose import Pose
 from servoid.source import MountedCamera, RawImage, RawInstant
 
@@ -107,7 +107,7 @@ class FolderRecorder:
         write_whole(self._draft / "capture.toml", self._capture().encode())
         check_recording(self._folder)
         try:
-            self._draft.replace(self._folder.resolve())  # an empty folder may be there
+            move_to(self._folder, self._draft)  # an empty folder may be there
         except OSError as error:
             raise OutputError(
                 f"cannot record into {self._folder}: {error.strerror}; the recording is in "

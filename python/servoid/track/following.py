@@ -55,15 +55,24 @@ def follow(
 
     """
     request = request or Request()
-    subjects = [Subject()] if subjects is None else list(subjects)
-    _check_names([subject.name for subject in subjects])
+    if not isinstance(capture, Capture):
+        raise TrackError(
+            f"a capture is followed, but {_described(capture)} was given; open it with "
+            "servoid.capture.open_capture"
+        )
+    subjects = _checked(subjects)
     observations = _chosen(capture, request.observations, request.every)
     instants = read_instants(capture, observations)
-    first = next((one for one in instants if not one.is_dark), None)
+    first, why = None, ""
+    for instant in instants:
+        if not instant.is_dark:
+            first = instant
+            break
+        why = why or next(iter(instant.notices), "")
     if first is None:
         raise TrackError(
             f"{capture.path}: no image of the {counted(len(observations), 'observation')} "
-            "can be read; check the first"
+            f"can be read: {why or 'check the first'}"
         )
     passed = next(at for at, one in enumerate(observations) if one.index == first.index)
     objects = _begin_all(capture, first, subjects, request)
@@ -93,8 +102,7 @@ def follow_live(
 
     """
     request = request or Request()
-    subjects = [Subject()] if subjects is None else list(subjects)
-    _check_names([subject.name for subject in subjects])
+    subjects = _checked(subjects)
     capture, first = feed.first()
     objects = _begin_all(capture, first, subjects, request)
     begun = _begun(first, objects, subjects, request)
@@ -269,12 +277,26 @@ def _begun(
     return _Begun(first, apart, tuple(request.evolves(subject) for subject in subjects), nested)
 
 
-def _check_names(names: list[str]) -> None:
-    if not names:
+def _checked(given: Sequence[Subject] | None) -> list[Subject]:
+    """Return the objects to track: one without properties if none are given."""
+    subjects = [Subject()] if given is None else list(given)
+    if not subjects:
         raise TrackError("nothing to track was given; give at least one subject")
+    for subject in subjects:
+        if not isinstance(subject, Subject):
+            raise TrackError(
+                f"a subject to track must be a servoid.track.Subject, but {_described(subject)} "
+                "was given; write Subject(body=...) for a body, Subject(name=...) for a name"
+            )
+    names = [subject.name for subject in subjects]
     for name in names:
         if names.count(name) > 1:
             raise TrackError(f"two objects are named '{name}'; give each its own name")
+    return subjects
+
+
+def _described(given: object) -> str:
+    return f"{given!r:.40} of type {type(given).__name__}"
 
 
 def _chosen(capture: Capture, observations: slice, every: int) -> list[Observation]:

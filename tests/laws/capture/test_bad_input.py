@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from refusals import Spoil, check_refused, edit
@@ -69,6 +70,12 @@ IMAGES = {
     "garbage image": (
         content("images/0003.png", lambda _: b"not an image"),
         r"0003\.png cannot be decoded: it is no image or it is damaged; replace the file",
+    ),
+    "image of real numbers": (
+        content(
+            "images/0003.png", lambda _: bytes(cv2.imencode(".tiff", BLACK + np.float32(0.5))[1])
+        ),
+        r"0003\.png cannot be decoded: its values are of type float32, .*8 or 16 bits",
     ),
     "image cut short": (
         content("images/0003.png", lambda data: data[: len(data) // 2]),

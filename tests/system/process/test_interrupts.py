@@ -30,6 +30,21 @@ servoid.cli.main([])
 """
 
 
+PRESSED_AFTER_IT_WROTE = """
+import sys
+from pathlib import Path
+import servoid.cli.app
+from servoid.output import write_whole
+
+def write(**_):
+    for name in sys.argv[1:]:
+        write_whole(Path(name), b"poses")
+    Path(sys.argv[1]).unlink()
+    raise KeyboardInterrupt
+
+servoid.cli.app.app = write
+servoid.cli.main([])
+"""
 ENDED_WHILE_IT_RUNS = """
 import os, signal, sys, time
 from servoid.cli import main
@@ -102,6 +117,15 @@ def test_a_command_in_the_background_is_interrupted() -> None:
     ran = deaf("-c", PRESSED_WHILE_IT_RUNS)
     assert (ran.returncode, ran.stdout) == (130, "")
     assert ran.stderr == "interrupted; nothing was written\n"
+
+
+def test_what_an_interrupted_command_wrote_before_is_named(tmp_path: Path) -> None:
+    gone, *there = (str(tmp_path / name) for name in "abcdefghi")
+    for given, more in ((there[:2], ""), (there, " and 2 more")):
+        arguments = [sys.executable, "-c", PRESSED_AFTER_IT_WROTE, gone, *given]
+        ran = subprocess.run(arguments, capture_output=True, text=True, cwd=HERE)
+        said = f"interrupted; written before: {', '.join(given[:6])}{more}"
+        assert (ran.returncode, "".join(ran.stderr.split())) == (130, "".join(said.split()))
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGTERM", 143), ("SIGHUP", 129)])

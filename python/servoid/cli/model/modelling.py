@@ -30,7 +30,7 @@ from servoid.model import (
     range_samples_of_cloud,
 )
 from servoid.opening import doubt_for_model, open_recorded, parse_source
-from servoid.output import check_file, check_folder, make_folder
+from servoid.output import check_file, check_folder, make_folder, move_to
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
 from servoid.words import counted
@@ -235,7 +235,7 @@ def _write_report_whole(
         for draft, target in zip(drawn, targets, strict=True):
             make_folder(target.parent)
             try:
-                draft.replace(target)
+                move_to(target, draft)
             except OSError as error:
                 raise OutputError(f"cannot write {target}: {error.strerror}") from error
     return targets

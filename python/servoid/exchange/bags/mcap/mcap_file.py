@@ -10,7 +10,7 @@ from typing import Any
 from servoid.errors import MissingExtraError, OutputError
 from servoid.exchange.bags.mcap.messages import Messages
 from servoid.exchange.bags.names import STATIC_TOPIC
-from servoid.output import check_file
+from servoid.output import check_file, move_to
 
 SUFFIX = ".mcap"
 
@@ -103,7 +103,7 @@ def mcap_file(path: str | Path) -> Iterator[McapFile]:
             draft = folder / f"{folder.name}{SUFFIX}"
             with draft.open("rb+") as file:
                 os.fsync(file.fileno())
-            draft.replace(target)
+            move_to(path, draft)
 
 
 @contextmanager

@@ -186,6 +186,9 @@ fn row_by_row(array: &PyReadonlyArrayDyn<'_, u8>) -> PyResult<Vec<u8>> {
     Ok(copy.as_slice()?.to_vec())
 }
 
+/// One pixel of so many tells whether an image shows colours.
+const LOOKED_AT: usize = 7;
+
 /// The bytes of an image in a numpy array, which must not change while they are used.
 #[derive(PartialEq)]
 pub struct Pixels<'a> {
@@ -225,11 +228,11 @@ impl<'a> Pixels<'a> {
         core::ImageView::new(&self.data, self.size_px, self.channels).map_err(raise)
     }
 
-    /// Returns whether three channels differ somewhere; none if there is only one.
+    /// Returns whether three channels differ in some of the pixels; none if there is only one.
     pub fn shows_color(&self) -> Option<bool> {
         let is_colored = |pixel: &[u8]| pixel[0] != pixel[1] || pixel[1] != pixel[2];
         let has_three = self.channels == core::Channels::Rgb;
-        has_three.then(|| self.data.chunks_exact(3).any(is_colored))
+        has_three.then(|| self.data.chunks_exact(3).step_by(LOOKED_AT).any(is_colored))
     }
 
     /// Returns the first of three channels as an image of grey levels.

@@ -19,9 +19,7 @@ _NO_FILES = {
     "a pipe": stat.S_ISFIFO,
     "a socket": stat.S_ISSOCK,
 }
-
-
-_ledgers: list[list[Path]] = []
+_ledgers: list[list[Path]] = []  # of the blocks whose writes are noted
 
 
 @contextmanager
@@ -85,6 +83,8 @@ def write_together(files: Mapping[Path, bytes]) -> None:
                 path.unlink(missing_ok=True)
             else:
                 write_whole(path, before)
+        for ledger in _ledgers:
+            ledger[:] = (path for path in ledger if path not in files)
         raise
 
 

@@ -22,6 +22,7 @@ _INSIDE = (0.25, 0.10)
 _BEYOND = (0.30, 0.15)
 _ELLIPSOIDS = (6, 8)
 _POINT_PX = 5  # range samples nearer to each other than this leave no gap
+_LOOKED_AT = 3  # one pixel of so many, in a row and in a column, tells whether there are colours
 _LEAST_OVERLAP = 0.5  # of a mask with the body from which it was grown
 
 Mask = NDArray[np.uint8]
@@ -40,10 +41,9 @@ def propagate_masks(
 
     The colours of object and background are learned in the marked views. A rough body that agrees
     with them in all views predicts the silhouette in each; where some cameras see no colours, grey
-    levels are compared instead. GrabCut finds a mask near it, excluding
-    pixels at another depth where the depth is known. A better body is fitted to all masks, and the
-    steps are repeated. Views in which mask and body disagree are omitted. `progress` is called with
-    the share done.
+    levels are compared instead. GrabCut finds a mask near it, excluding pixels at another depth
+    where the depth is known. A better body is fitted to all masks, and the steps are repeated.
+    Views in which mask and body disagree are omitted. `progress` is called with the share done.
 
     Raises:
         ModelError: the object's position is undetermined: too few views, or all in one line.
@@ -87,7 +87,8 @@ def _in_one_kind(images: Sequence[NDArray[np.uint8]]) -> list[NDArray[np.uint8]]
     """Return images (H, W, 3), in grey levels if some, but not all, show no colours."""
     import cv2
 
-    are_grey = [bool((image == image[..., :1]).all()) for image in images]
+    some = (image[::_LOOKED_AT, ::_LOOKED_AT] for image in images)
+    are_grey = [bool((pixels == pixels[..., :1]).all()) for pixels in some]
     if all(are_grey) or not any(are_grey):
         return list(images)
     levels = (cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images)

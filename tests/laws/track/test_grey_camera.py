@@ -9,14 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from recordings_with_truth import recording_with_truth
-from test_look_alikes import AWAY_M, EYES, FOCAL_PX, HALF_M, SIZE, slender
+from test_look_alikes import AWAY_M, EYES, slender, tracker_of_slender
 from trust_verdicts import verdicts
 
-from servoid.camera import Camera
 from servoid.capture import open_capture
-from servoid.pose import Pose
-from servoid.shape import Body
-from servoid.track import Request, Subject, Tracker, track_capture
+from servoid.track import Request, Subject, track_capture
 
 RECORDING = "stereo/mustard"
 SEEN = 30  # observations of it
@@ -34,17 +31,10 @@ def levels_of(image: NDArray[np.uint8], *, channels: int) -> NDArray[np.uint8]:
 def test_three_equal_channels_beside_an_image_in_colour_are_grey_levels(
     learned: int, compared: int
 ) -> None:
-    body = Body(
-        world_from_object=Pose.from_parts([0.0, 0.0, AWAY_M], [1.0, 0.0, 0.0, 0.0]),
-        centers=np.zeros((1, 3)),
-        radii=[[*HALF_M, 0.5 * HALF_M[1]]],
-        rotations=[[1.0, 0.0, 0.0, 0.0]],
-    )
-    camera = Camera(size_px=SIZE, focal_px=(FOCAL_PX, FOCAL_PX), center_px=(319.5, 239.5))
-    tracker = Tracker([camera, camera], body)
+    tracker, place = tracker_of_slender()
     first, second = slender(0.0, 0)
     images = {count: [first, levels_of(second, channels=count)] for count in (1, 3)}
-    tracker.start(0.0, EYES, images[learned], body.world_from_object)
+    tracker.start(0.0, EYES, images[learned], place)
     # -1 and 0 where they were learned in one form and compared in the other.
     terms = tracker.score_terms(0.1, EYES, images[compared], [[1.0, 0, 0, 0, 0, 0, AWAY_M]])
     assert terms.sum() == pytest.approx(1.0, abs=1e-6)
@@ -52,8 +42,7 @@ def test_three_equal_channels_beside_an_image_in_colour_are_grey_levels(
 
 def mixed(grey: str, made: Path) -> Path:
     """Return the first observations of a recording, of which one camera sees no colours."""
-    recording_with_truth(RECORDING)
-    source = Path(__file__).parents[4] / "shared" / "data" / RECORDING
+    source = recording_with_truth(RECORDING).capture.path.parent
     for folder in IMAGES:
         (made / folder).mkdir(parents=True)
         for path in sorted((source / folder).iterdir())[:SEEN]:

@@ -13,7 +13,7 @@ from servoid.errors import ExportError, MissingExtraError, OutputError, ServoidE
 from servoid.exchange.export import FORMATS, export_body, format_of, mjcf, sdf, splat, surface
 from servoid.exchange.export.exporting import WATER_KG_M3
 from servoid.exchange.export.solid import solid_of
-from servoid.output import write_together
+from servoid.output import noted_writes, write_together
 from servoid.pose import Pose
 from servoid.shape import BodyFile, EllipsoidEntry, write_body_file
 
@@ -214,9 +214,10 @@ def test_files_that_belong_together_are_written_together_or_not_at_all(tmp_path:
 def test_when_the_last_of_several_files_fails_the_others_are_as_before(tmp_path: Path) -> None:
     (tmp_path / "old").write_bytes(b"old")
     files = {tmp_path / "old": b"1", tmp_path / "new": b"2", tmp_path / "no" / "c": b"3"}
-    with pytest.raises(OutputError):
+    with noted_writes() as written, pytest.raises(OutputError):
         write_together(files)
     assert everything_in(tmp_path) == {"old": b"old"}
+    assert written == [], "what was restored was not written"
 
 
 def test_the_page_on_exporting_states_the_numbers_of_the_code() -> None:

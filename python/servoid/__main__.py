@@ -1,5 +1,5 @@
 """`python -m servoid`, the same as `servoid`."""
 
-from servoid.cli import main
+from servoid.cli import program
 
-main()
+program()

@@ -15,7 +15,7 @@ from servoid.capture.capture_file import (
 )
 from servoid.capture.examined import examined
 from servoid.capture.exchanged import check_measurable, check_not_exchanged
-from servoid.capture.moving_rig import doubt_rig_poses
+from servoid.capture.moving_rig import RigDoubt, doubt_rig_poses, examine_rig_poses
 from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.capture.opening import count_uncalibrated, open_capture
 from servoid.capture.recorded_times import unordered_times
@@ -29,6 +29,7 @@ __all__ = [
     "CaptureView",
     "Observation",
     "PosedImage",
+    "RigDoubt",
     "View",
     "capture_of",
     "count_uncalibrated",
@@ -36,6 +37,7 @@ __all__ = [
     "doubt_for_model",
     "doubt_rig_poses",
     "doubt_step",
+    "examine_rig_poses",
     "open_capture",
     "shrunk",
     "views_of",

@@ -44,6 +44,10 @@ _EXPLAINED_PX = 2.0  # at 1000 px of diagonal: nearer, other poses explain the i
 _ASIDE = 1.2  # of a ball's radius: features of what may move
 _MOST_LATE = 10  # lines
 _MILLI = 0.001
+_CHECKS = (
+    "check that they are world_from_rig, in metres, and of the same times as the images, and "
+    "how the cameras are mounted (hand-eye calibration)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +140,18 @@ class _Rig:
         return [float(np.mean(off < most)) for off, most in zip(offs, allowed, strict=True)]
 
 
+@dataclass(frozen=True)
+class RigDoubt:
+    """What images have against the poses of a rig, in words.
+
+    With `is_sure` the poses are wrong, as the images agree with what they are taken for. Otherwise
+    most of what is seen may move instead, such as around a vehicle that carries the rig.
+    """
+
+    words: str
+    is_sure: bool
+
+
 def doubt_rig_poses(
     capture: Capture, may_move: Balls | None = None, *, among: Sequence[int] | None = None
 ) -> str | None:
@@ -146,6 +162,14 @@ def doubt_rig_poses(
     Most of what the cameras see must be at rest, apart from `may_move`. Observations `among` these
     indices are compared; without, among all.
     """
+    doubt = examine_rig_poses(capture, may_move, among=among)
+    return None if doubt is None else doubt.words
+
+
+def examine_rig_poses(
+    capture: Capture, may_move: Balls | None = None, *, among: Sequence[int] | None = None
+) -> RigDoubt | None:
+    """Return what `doubt_rig_poses` says, and how sure that is."""
     rig = _rig(capture, may_move or (lambda _: ()), among)
     if rig is None or len(rig.seen) < _LEAST_COMPARED:
         return None
@@ -156,18 +180,21 @@ def doubt_rig_poses(
     count, off_px = len(offs), float(np.median(offs))
     fits = round(sum(share * len(one.rays) for share, one in zip(agreeing, rig.seen, strict=True)))
     if _rests(rig.world_from_rig):
-        return (
+        return RigDoubt(
             "the poses of the rig are the same at all times, but its cameras move, or most of what "
             "they see: of "
             f"{count} features of its surroundings, {fits} stay where they were, and half move by "
             f"{digits(round(off_px))} px or more; give the pose of each observation, or no poses, "
-            "to track in the frame of the first camera"
+            "to track in the frame of the first camera",
+            is_sure=False,
         )
     how = f"{digits(round(off_px))} px off" if np.isfinite(off_px) else "behind the camera"
-    return (
+    cure = _cure(rig)
+    return RigDoubt(
         f"the images contradict the poses of the rig: of {count} features of its surroundings, "
         f"{fits} are where the poses of a later observation predict them, and half are {how} or "
-        f"more; {_cure(rig)}"
+        f"more; {cure or _CHECKS}",
+        is_sure=cure is not None,
     )
 
 
@@ -176,16 +203,13 @@ def _contradicts(agreeing: Sequence[float]) -> bool:
     return against >= _LEAST_COMPARED and 2 * against >= len(agreeing)
 
 
-def _cure(rig: _Rig) -> str:
-    """Say with which poses the images agree, or what to check if there are none."""
+def _cure(rig: _Rig) -> str | None:
+    """Say with which other poses the images agree; None if there are none."""
     tried = [(rig.usual_px(poses), words, poses) for words, poses in _others(rig.world_from_rig)]
     off_px, words, poses = min(tried, key=lambda one: one[0])
     if off_px < _EXPLAINED_PX * unit_px(rig.lens):
         return f"{words} {100.0 * float(np.median(rig.agreeing(poses))):.0f} % would be"
-    return (
-        "check that they are world_from_rig, in metres, and of the same times as the images, and "
-        "how the cameras are mounted (hand-eye calibration)"
-    )
+    return None
 
 
 def _others(poses: Sequence[Pose]) -> Iterator[tuple[str, Sequence[Pose]]]:

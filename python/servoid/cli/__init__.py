@@ -1,5 +1,5 @@
 """The command line: the only part that prints or exits."""
 
-from servoid.cli.entry import main
+from servoid.cli.entry import main, program
 
-__all__ = ["main"]
+__all__ = ["main", "program"]

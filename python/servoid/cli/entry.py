@@ -3,6 +3,7 @@
 import errno
 import logging
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
@@ -31,6 +32,17 @@ _NO_MEMORY = (
     "error: out of memory; end other programs, raise the memory limit of this process, or give "
     "fewer or smaller images and meshes"
 )
+
+
+def program() -> NoReturn:
+    """Run the words of the command line as a process of its own, as `main` does.
+
+    An interrupted process still waits for its threads: another Ctrl-C ends it at once.
+    """
+    try:
+        main()
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from servoid.brief import brief
-from servoid.capture import Capture, Observation, doubt_calibration, doubt_rig_poses, doubt_step
+from servoid.capture import Capture, Observation, doubt_calibration, doubt_step, examine_rig_poses
 from servoid.errors import TrackError
 from servoid.source import Feed, Instant, read_instants
 from servoid.track.apart import (
@@ -141,7 +141,8 @@ def doubt_capture(
 
     `results` are the tracks of all objects in the capture; what was tracked does not rest, and is
     left out. With `is_assumed`, nobody measured the calibration. Cameras out of step are reported
-    alone, as they contradict a right calibration, too.
+    alone, as they contradict a right calibration, too. Where it is sure that the poses of the rig
+    are wrong, those of the object in the world are, and none has the status `tracking`.
     """
     if not results:
         return []
@@ -151,14 +152,17 @@ def doubt_capture(
         return [replace(one, step_doubt=late) for one in results]
     last = results[0].tracked[-1].index
     doubt = doubt_calibration(capture, is_assumed=is_assumed, last=last)
-    rig_doubt = None
-    if doubt is None:
-        rig_doubt = doubt_rig_poses(
-            capture,
-            lambda index: [ball for one in results if (ball := one.ball_at(index)) is not None],
-            among=among,
-        )
-    return [replace(one, calibration_doubt=doubt, rig_doubt=rig_doubt) for one in results]
+    if doubt is not None:
+        return [replace(one, calibration_doubt=doubt) for one in results]
+    found = examine_rig_poses(
+        capture,
+        lambda index: [ball for one in results if (ball := one.ball_at(index)) is not None],
+        among=among,
+    )
+    if found is None:
+        return list(results)
+    told = (one.unconfirmed() for one in results) if found.is_sure else results
+    return [replace(one, rig_doubt=found.words) for one in told]
 
 
 @dataclass(frozen=True, eq=False)

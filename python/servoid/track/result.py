@@ -1,7 +1,7 @@
 """Declares the result of tracking: an estimate for each observation, and their statistics."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -116,6 +116,11 @@ class TrackResult:
     def __len__(self) -> int:
         return len(self.tracked)
 
+    def unconfirmed(self) -> "TrackResult":
+        """Return the track with no pose confirmed, as its poses in the world are surely wrong."""
+        told = [replace(one, estimate=one.estimate.in_doubt(located=False)) for one in self.tracked]
+        return replace(self, tracked=told)
+
     @property
     def estimates(self) -> list[Estimate]:
         """Return the estimates in the order of the observations."""
@@ -150,12 +155,17 @@ class TrackResult:
     def notices_on_all(self) -> list[str]:
         """Return what puts all poses in doubt, as notices that go with each of them in files."""
         first = ["what was found at first is in doubt"] if self.doubts else []
+        return [*first, *self.capture_notices]
+
+    @property
+    def capture_notices(self) -> list[str]:
+        """Return what the images contradict of the capture: the cameras, the rig or the times."""
         kinds = (
             (self.calibration_doubt, "the calibration is in doubt"),
             (self.rig_doubt, "the poses of the rig are in doubt"),
             (self.step_doubt, "the cameras are out of step"),
         )
-        return [*first, *(words for doubt, words in kinds if doubt is not None)]
+        return [words for doubt, words in kinds if doubt is not None]
 
     @property
     def reasons(self) -> list[str]:
@@ -187,8 +197,12 @@ class TrackResult:
 
     @property
     def nowhere(self) -> str | None:
-        """Return what to do if no image after the first confirms a pose; None if one does."""
-        return _NOWHERE if self.tracked_count <= 1 < len(self) else None
+        """Return what to do if no image after the first confirms a pose; None if one does.
+
+        None as well where the poses of the rig are in doubt, which says what to do.
+        """
+        is_nowhere = self.tracked_count <= 1 < len(self) and self.rig_doubt is None
+        return _NOWHERE if is_nowhere else None
 
     @property
     def gaps(self) -> list[Gap]:

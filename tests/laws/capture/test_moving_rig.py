@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from recordings import run_servoid
 
-from servoid.capture import Capture, doubt_rig_poses, open_capture
+from servoid.capture import Capture, doubt_rig_poses, examine_rig_poses, open_capture
 from servoid.capture.moving_rig import _Seen
 from servoid.pose import Pose
 from servoid.record import read_trajectory
@@ -101,15 +101,16 @@ def test_wrong_poses_of_a_moving_rig_are_doubted_and_what_is_wrong_is_named(
     fault: str, count: int, moving: Capture
 ) -> None:
     wrong = with_fault(moving, fault)
-    doubt = doubt_rig_poses(replace(wrong, cameras=wrong.cameras[:count]))
+    doubt = examine_rig_poses(replace(wrong, cameras=wrong.cameras[:count]))
     if count == 1 and fault == "millimetres":
         assert doubt is None  # one camera sees directions only
         return
     if count == 1 and fault == "late":
         return  # along the motion of the image, so that it may be noticed or not
     assert doubt is not None
-    assert doubt.startswith("the images contradict the poses of the rig: of ")
-    assert FAULTS[fault][1] in doubt
+    assert doubt.words.startswith("the images contradict the poses of the rig: of ")
+    assert FAULTS[fault][1] in doubt.words
+    assert doubt.is_sure == (fault != "reversed"), "if other poses explain what is seen"
 
 
 def test_a_rig_without_poses_and_photographs_are_not_examined(
@@ -156,7 +157,7 @@ def test_a_track_with_wrong_poses_of_its_rig_is_not_good(moving: Capture, tmp_pa
     shutil.copytree(Path(moving.path).parent, folder)
     table = folder / "poses.csv"
     right = table.read_text()
-    for fault, word in ((None, "good"), ("inverted", "rough")):
+    for fault, word in ((None, "good"), ("inverted", "poor")):
         if fault is not None:
             header, *lines = right.splitlines()
             poses = with_fault(moving, fault).world_from_rig
@@ -171,9 +172,12 @@ def test_a_track_with_wrong_poses_of_its_rig_is_not_good(moving: Capture, tmp_pa
         assert f"verdict {word}" in words
         assert ("the poses of the rig are in doubt" in words) == (fault is not None)
         assert ("the images contradict the poses of the rig" in words) == (fault is not None)
-        notices = [point.notices for point in read_trajectory(tmp_path / "poses.csv")]
-        said = ["the poses of the rig are in doubt" in one for one in notices]
+        points = read_trajectory(tmp_path / "poses.csv")
+        said = ["the poses of the rig are in doubt" in point.notices for point in points]
         assert said == [fault is not None] * 9, "with each pose, for who reads only these"
+        told = {(point.status, point.confidence > 0.0) for point in points}
+        assert told == {("tracking", True) if fault is None else ("searching", False)}
+        assert "give another --start" not in words
 
 
 @pytest.mark.extended
@@ -199,8 +203,9 @@ def resting(capture: Capture) -> Capture:
 def test_poses_that_never_change_are_doubted_if_the_cameras_move(
     count: int, moving: Capture
 ) -> None:
-    doubt = doubt_rig_poses(resting(replace(moving, cameras=moving.cameras[:count])))
-    assert doubt is not None and doubt.startswith("the poses of the rig are the same at all times")
+    doubt = examine_rig_poses(resting(replace(moving, cameras=moving.cameras[:count])))
+    assert doubt is not None and not doubt.is_sure, "what they see may be on a conveyor"
+    assert doubt.words.startswith("the poses of the rig are the same at all times")
     poses = (Pose.identity(),) * COUNT
     assert doubt_rig_poses(replace(moving, world_from_rig=poses)) is None  # none are given
 

@@ -62,6 +62,8 @@ def test_a_track_by_cameras_that_the_images_contradict_is_not_good() -> None:
     assert doubted.reasons == ["the calibration is in doubt"]
     doubted = replace(result, rig_doubt="features at rest move")
     assert (doubted.verdict, doubted.reasons) == ("rough", ["the poses of the rig are in doubt"])
+    first = next(TrackFigures(doubted, history_of(20)).verdict())
+    assert first.startswith("Tracking: rough; the poses of the rig are in doubt; it was tracked")
     doubted = replace(result, step_doubt="camera right is 33 ms behind camera left")
     assert (doubted.verdict, doubted.reasons) == ("rough", ["the cameras are out of step"])
     assert doubted.capture_doubts == ("camera right is 33 ms behind camera left",)

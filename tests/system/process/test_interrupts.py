@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,7 @@ servoid.cli.main([])
 
 PRESSED_AFTER_IT_WROTE = """
 import sys
+import time
 from pathlib import Path
 import servoid.cli.app
 from servoid.output import write_whole
@@ -84,6 +86,17 @@ with heeded_signals() as came:
     except KeyboardInterrupt:
         print(came)
 """
+PRESSED_AGAIN_WHILE_THREADS_END = """
+import threading, time
+import servoid.cli.app
+
+def press(**_):
+    threading.Thread(target=time.sleep, args=(30.0,)).start()
+    raise KeyboardInterrupt
+
+servoid.cli.app.app = press
+servoid.cli.program()
+"""
 FORKED_WHILE_IT_RUNS = """
 import multiprocessing, time
 import servoid.cli.app
@@ -126,6 +139,22 @@ def test_what_an_interrupted_command_wrote_before_is_named(tmp_path: Path) -> No
         ran = subprocess.run(arguments, capture_output=True, text=True, cwd=HERE)
         said = f"interrupted; written before: {', '.join(given[:6])}{more}"
         assert (ran.returncode, "".join(ran.stderr.split())) == (130, "".join(said.split()))
+
+
+def test_a_second_ctrl_c_ends_an_interrupted_command_that_waits_for_threads() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", PRESSED_AGAIN_WHILE_THREADS_END],
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=HERE,
+    )
+    assert process.stderr is not None
+    with process.stderr as said:
+        assert said.readline() == "interrupted; nothing was written\n"
+        time.sleep(0.5)  # it waits for its threads by then
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20.0) == -signal.SIGINT
+        assert said.read() == ""
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGTERM", 143), ("SIGHUP", 129)])

@@ -94,7 +94,8 @@ class TrackFigures:
     def verdict(self) -> Iterator[str]:
         """Yield sentences: whether the tracking is good and why not, and what the body shows."""
         result = self.result
-        yield f"Tracking: {result.verdict}; it was {self._tracked_words()}"
+        told = "; ".join((result.verdict, *result.capture_notices))
+        yield f"Tracking: {told}; it was {self._tracked_words()}"
         for doubt in result.doubts:
             yield f"In doubt since the start: {doubt}."
         if result.nowhere is not None:

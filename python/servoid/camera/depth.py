@@ -27,9 +27,11 @@ def read_depth(
 ) -> NDArray[np.float32]:
     """Read a depth image of (width, height) pixels whose unit is `scale_m` metres.
 
-    Returns (H, W) float32, metres along z; NaN where the file has zero, a negative number, NaN or
-    infinity. If the image is shrunk (`by` greater than 1), each pixel takes one value of the file:
-    the mean of several depths would lie where there is no surface.
+    Returns (H, W) float32, metres along z; NaN where the file has zero, a negative number, NaN,
+    infinity, or the greatest number of its type of integers, such as 65535, by which cameras tell
+    that something is too near, too far or not measured. If the image is shrunk (`by` greater than
+    1), each pixel takes one value of the file: the mean of several depths would lie where there is
+    no surface.
 
     Raises:
         ImageError: the file is missing, cut short, of another size, or not a depth image.
@@ -46,7 +48,10 @@ def to_metres(values: NDArray[np.generic], scale_m: float, by: int = 1) -> NDArr
         values = values[by // 2 :: by, by // 2 :: by][:rows, :columns]
     with np.errstate(over="ignore", invalid="ignore"):
         depth = (values.astype(np.float64) * scale_m).astype(np.float32)
-    depth[~(np.isfinite(depth) & (depth > 0.0))] = np.nan
+    measured = np.isfinite(depth) & (depth > 0.0)
+    if np.issubdtype(values.dtype, np.integer):
+        measured &= values != np.iinfo(values.dtype).max
+    depth[~measured] = np.nan
     return depth
 
 

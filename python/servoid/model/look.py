@@ -95,7 +95,8 @@ def fit_capture(
             doubts.extend(parted)
     alone = len(known) + len(marked.others) == 1 and not len(samples)
     if alone or distance_m is not None:
-        result = fit_one_view(known[0], _distance(distance_m, alone), request)
+        distance_m = _distance(distance_m, alone, capture.notes)
+        result = fit_one_view(known[0], distance_m, request)
         return _noted(result, targets, notes, doubts, is_metric=capture.metric)
     if marked.others and (len(known) < 2 or marked.from_targets):
         finding = replace(request, progress=part_of(request.progress, 0.0, _FINDING))
@@ -225,13 +226,14 @@ def fit_capture_by_paper(
     return _noted(result, targets, notes, doubts, is_metric=capture.metric)
 
 
-def _distance(distance_m: float | None, alone: bool) -> float:
-    """Return the distance if it is needed and given."""
+def _distance(distance_m: float | None, alone: bool, notes: Sequence[str]) -> float:
+    """Return the distance if it is needed and given; what is noted of depth may say why it is."""
     if distance_m is None:
+        of_depth = "".join(f"; {note}" for note in notes if "depth" in note)
         raise ModelError(
             "modelling needs at least two views from different places, but 1 was given: a single "
             "image does not determine how far the object is; give its distance in metres, such as "
-            "--distance 0.6"
+            f"--distance 0.6{of_depth}"
         )
     if not alone:
         raise ModelError(

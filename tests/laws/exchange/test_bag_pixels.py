@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from servoid.camera.depth import to_metres
 from servoid.errors import ImageError
-from servoid.exchange.bags.stored.pixels import ENCODINGS, colors_of, depth_of, size_of
+from servoid.exchange.bags.stored.pixels import ENCODINGS, colors_of, depth_of, is_depth, size_of
 
 SIZES = st.tuples(st.integers(1, 9), st.integers(1, 9)).map(lambda size: (2 * size[0], 2 * size[1]))
 SEEDS = st.integers(0, 2**31)
@@ -179,3 +179,19 @@ def test_depth_by_another_codec_is_refused_in_words() -> None:
     image = packed(bytes(40), "16UC1; compressedDepth rvl")
     with pytest.raises(ImageError, match="servoid reads compressed depth as PNG; republish it"):
         depth_of(image, "/depth/compressedDepth", (4, 4), "a")
+
+
+@pytest.mark.parametrize(
+    ("topic", "encoding", "expected"),
+    [
+        ("/camera/depth/image_raw", "mono16", True),
+        ("/camera/infra1/image_rect_raw", "mono16", False),
+        ("/camera/depth/image_raw", "mono8", False),
+        ("/points", "16UC1", True),
+    ],
+)
+def test_grey_images_of_16_bits_are_depth_if_their_topic_says_so(
+    topic: str, encoding: str, expected: bool
+) -> None:
+    kind = np.uint8 if encoding == "mono8" else np.uint16
+    assert is_depth(message(np.ones((4, 4), kind), encoding), topic) == expected

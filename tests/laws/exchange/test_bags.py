@@ -1,5 +1,6 @@
 """Bags as captures: what is in them comes out, in each form, and what is damaged is told."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -178,7 +179,10 @@ def test_depth_that_is_not_registered_is_refused_where_it_is_named(tmp_path: Pat
     depth = np.ones((15, 20), np.float32)
     entries += [image("/depth/image", stamp(i), "depth_optical", depth, "32FC1") for i in range(3)]
     path = write_bag(tmp_path / "run.mcap", entries)
-    assert open_bag(path).cameras[0].recorded_depth(0) is None
+    capture = open_bag(path)
+    assert capture.cameras[0].recorded_depth(0) is None
+    said = r"the depth on '/depth/image' \(frame 'depth_optical', 20x15 pixels\) is not registered"
+    assert any(re.search(said, note) for note in capture.notes)
     with pytest.raises(CaptureError, match="is not registered to the images of /stereo/left"):
         open_bag(path, ["/stereo/left/image_raw", "/depth/image"])
 

@@ -1,6 +1,7 @@
 """Depth images, and what an ideal pinhole makes of a view."""
 
 import resource
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,7 +14,8 @@ from conftest import SIZE_PX, camera_toml, capture_toml
 from servoid.camera import read_depth, read_image, read_mask
 from servoid.camera.image_size import read_image_size
 from servoid.capture import open_capture
-from servoid.errors import ImageError, MaskError, ServoidError
+from servoid.errors import ImageError, MaskError, ModelError, ServoidError
+from servoid.model import fit_capture
 
 SMALL_PX = (4, 3)
 COUNTS = np.arange(12, dtype=np.uint16).reshape(3, 4) * 500
@@ -39,6 +41,28 @@ def test_what_is_no_distance_is_unknown(tmp_path: Path) -> None:
     depth = read_depth(tmp_path / "depth.npy", SMALL_PX, 2.0)
     known = [[False] * 4, [False, True, True, False], [True, False, False, False]]
     np.testing.assert_array_equal(np.isfinite(depth), known)
+
+
+@pytest.mark.parametrize(("suffix", "kind"), [(".png", "u2"), (".npy", "u2"), (".npy", "i4")])
+def test_the_greatest_integer_is_no_distance(suffix: str, kind: str, tmp_path: Path) -> None:
+    values = np.full((6, 8), 5340, kind)
+    values[2:4, 3:] = np.iinfo(kind).max
+    path = tmp_path / f"depth{suffix}"
+    if suffix == ".npy":
+        np.save(path, values)
+    else:
+        assert cv2.imwrite(str(path), values)
+    depth = read_depth(path, (8, 6), 1e-4)
+    assert np.array_equal(np.isnan(depth), values > 5340)
+    assert np.nanmax(depth) == np.float32(0.534)
+
+
+def test_why_depth_is_not_used_is_told_where_a_distance_is_asked_for(drawn_capture: Path) -> None:
+    capture = replace(
+        open_capture(drawn_capture), notes=("no depth image is within 10 ms", "something else")
+    )
+    with pytest.raises(ModelError, match=r"--distance 0\.6; no depth image is within 10 ms$"):
+        fit_capture(capture, observations=slice(0, 1))
 
 
 def test_columns_first_is_read_as_it_was_written(tmp_path: Path) -> None:

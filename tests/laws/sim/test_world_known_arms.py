@@ -199,3 +199,51 @@ def test_an_arm_whose_base_stands_far_from_the_origin_of_its_file_is_no_long_arm
     usual = world_of(written(tmp_path, "usual.urdf", UR5E.urdf), mount="flange", start=UR5E.start)
     hands = [one.world_from_hand(one.state().positions).translation for one in (arm, usual.arm)]
     assert np.subtract(*hands) == pytest.approx([60.0, 0.0, 0.0], abs=1e-6)
+
+
+def test_efforts_of_a_file_limit_the_torques(tmp_path: Path) -> None:
+    path = written(tmp_path, "arm.urdf", UR5E.urdf)
+    held = world_of(path, mount="flange", start=UR5E.start)
+    weak = world_of(
+        written(tmp_path, "weak.urdf", re.sub(r'effort="[\d.]+"', 'effort="1"', UR5E.urdf)),
+        mount="flange",
+        start=UR5E.start,
+    )
+    sank = []
+    for world in (held, weak):
+        before = np.array(world.arm.state().positions)
+        for _ in range(60):
+            world.arm.command(np.zeros(len(world.arm.joints.names)))
+        sank.append(float(np.abs(world.arm.state().positions - before).max()))
+    assert sank[0] < 1e-3 < 0.1 < sank[1]
+
+
+@pytest.mark.parametrize("limits", ['lower="0" upper="0" ', ""])
+def test_a_joint_that_is_locked_by_its_limits_is_refused(tmp_path: Path, limits: str) -> None:
+    text = UR5E.urdf.replace('lower="-6.28" upper="6.28" ', limits, 1)
+    assert text != UR5E.urdf
+    with pytest.raises(SimError, match=r"joint 'j1' is revolute with limits of 0 and 0, or none"):
+        world_of(written(tmp_path, "arm.urdf", text), mount="flange", start=UR5E.start)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('name="j2"', 'name="j1"', "2 joints have the name 'j1'; give each its own"),
+        ('upper="6.28"', 'upper="nan"', "joint 'j1' has upper=\"nan\"; write finite numbers"),
+        (
+            '<link name="ur0">',
+            '<link name="ur0"><inertial><mass value="-2"/></inertial>',
+            "link 'ur0' has a mass of -2 kg; a mass is positive",
+        ),
+    ],
+)
+def test_faults_in_a_urdf_are_told_with_their_place(
+    tmp_path: Path, old: str, new: str, words: str
+) -> None:
+    text = UR5E.urdf.replace(old, new, 1)
+    assert text != UR5E.urdf
+    path = written(tmp_path, "arm.urdf", text)
+    with pytest.raises(SimError) as caught:
+        world_of(path, mount="flange", start=UR5E.start)
+    assert str(caught.value).startswith(f"{path}: ") and words in str(caught.value)

@@ -1,7 +1,7 @@
 """Chooses the topics of a bag: those that the user names, or the most likely ones."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from servoid.errors import CaptureError
@@ -131,9 +131,7 @@ def _by_name(bag: Bag, named: Sequence[ImageTopic]) -> Chosen:
         fits = [index for index, image in enumerate(images) if _is_registered(depth, image)]
         if not fits:
             raise CaptureError(
-                f"{bag.path}: the depth on '{depth.topic}' (frame '{depth.frame}', "
-                f"{depth.size_px[0]}x{depth.size_px[1]} pixels) is not registered to the images of "
-                f"{' or '.join(one.topic for one in images)}; record it aligned to them"
+                f"{bag.path}: {_not_registered(depth, images)}; record it aligned to them"
             )
         depths[fits[0]] = depth
     return Chosen(tuple(images), tuple(depths))
@@ -164,7 +162,25 @@ def _guessed(bag: Bag, found: Sequence[ImageTopic]) -> Chosen:
     return Chosen(
         images,
         chosen,
-        (f"of the topics of images {', '.join(used)} were chosen{rest}; --topic chooses others",),
+        (
+            f"of the topics of images {', '.join(used)} were chosen{rest}; --topic chooses others",
+            *_unregistered(images, depths),
+        ),
+    )
+
+
+def _unregistered(images: Sequence[ImageTopic], depths: Sequence[ImageTopic]) -> Iterator[str]:
+    """Yield notes on depth that is not used, as it belongs to other pixels than the images."""
+    for depth in depths:
+        if not any(_is_registered(depth, image) for image in images):
+            yield f"{_not_registered(depth, images)}, so it is not used; record it aligned to them"
+
+
+def _not_registered(depth: ImageTopic, images: Sequence[ImageTopic]) -> str:
+    return (
+        f"the depth on '{depth.topic}' (frame '{depth.frame}', {depth.size_px[0]}x"
+        f"{depth.size_px[1]} pixels) is not registered to the images of "
+        f"{' or '.join(one.topic for one in images)}"
     )
 
 

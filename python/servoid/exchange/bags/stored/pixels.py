@@ -27,6 +27,7 @@ _DEPTH_SCALES_M = {"16UC1": 1e-3, "mono16": 1e-3, "32FC1": 1.0}
 _DEPTH_ENCODINGS = ("16UC1", "32FC1")
 _PARAMETERS = 12  # bytes before a depth image: its format and quantization
 _PNG_DEPTH = "png"
+_NAMED_DEPTH = "depth"  # in the name of a topic
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,13 @@ _DEPTHS = {"16UC1": Encoding("u2", 1), "mono16": Encoding("u2", 1), "32FC1": Enc
 
 
 def is_depth(image: Any, topic: str) -> bool:
-    """Return whether an image, decoded to a message, contains distances and not colours."""
+    """Return whether an image, decoded to a message, contains distances and not colours.
+
+    Some drivers send depth with the encoding of grey images; then the topic's name tells.
+    """
     if hasattr(image, "encoding"):
-        return image.encoding in _DEPTH_ENCODINGS
+        is_named = image.encoding in _DEPTHS and _NAMED_DEPTH in topic.lower()
+        return is_named or image.encoding in _DEPTH_ENCODINGS
     return is_compressed_depth(topic) or _first_word(image) in _DEPTH_ENCODINGS
 
 

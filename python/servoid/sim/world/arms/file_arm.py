@@ -59,7 +59,7 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
             _check_range(settings.name, model.joint(joint.name))
     if urdf is not None:
         _check_urdf(settings.name, urdf, model, joints)
-    servos = tuple(_servo(model.joint(joint.name), settings, speeds, lag_s) for joint in joints)
+    servos = tuple(_servo(model, joint.name, settings, speeds, lag_s) for joint in joints)
     _strip(spec, {joint.name for joint in joints})
     looks = file_visuals(_compiled(spec, settings.name))
     row = compose(place, unit_row(settings.mount_from_hand))
@@ -236,7 +236,7 @@ def _check_range(name: str, joint: Any) -> None:
 
 
 def _check_urdf(name: str, urdf: Urdf, model: Any, joints: list[Any]) -> None:
-    """Refuse limits that are in degrees, and joints that follow others."""
+    """Refuse limits that are missing, equal or in degrees, and joints that follow others."""
     for joint in joints:
         leader = urdf.leaders.get(joint.name)
         if leader is not None:
@@ -247,6 +247,12 @@ def _check_urdf(name: str, urdf: Urdf, model: Any, joints: list[Any]) -> None:
                 "before it"
             )
         known = model.joint(joint.name)
+        if joint.name not in urdf.endless and known.range[0] == known.range[1] == 0.0:
+            raise SimError(
+                f"{name}: joint '{joint.name}' is revolute with limits of 0 and 0, or none, so "
+                "that it cannot turn; write the lower and upper limits of the data sheet, or "
+                'type="continuous" if it turns without an end, or type="fixed" if it is locked'
+            )
         farthest = max((float(limit) for limit in known.range), key=abs)
         if joint.name not in urdf.endless and abs(farthest) > _MOST_TURN:
             raise SimError(
@@ -257,16 +263,18 @@ def _check_urdf(name: str, urdf: Urdf, model: Any, joints: list[Any]) -> None:
             )
 
 
-def _servo(joint: Any, settings: ArmSettings, speeds: dict[str, float], lag_s: float) -> JointServo:
-    lower, upper = joint.range if joint.limited else (-_ENDLESS, _ENDLESS)
-    bounded = bool(joint.actfrclimited[0]) if hasattr(joint, "actfrclimited") else False
+def _servo(
+    model: Any, name: str, settings: ArmSettings, speeds: dict[str, float], lag_s: float
+) -> JointServo:
+    at = model.joint(name).id
+    lower, upper = model.jnt_range[at] if model.jnt_limited[at] else (-_ENDLESS, _ENDLESS)
     return JointServo(
-        joint=joint.name,
+        joint=name,
         lower=float(lower),
         upper=float(upper),
-        speed=min(settings.speed, speeds.get(joint.name, settings.speed)),
+        speed=min(settings.speed, speeds.get(name, settings.speed)),
         acceleration=settings.acceleration,
-        torque=float(joint.actfrcrange[1]) if bounded else math.inf,
+        torque=float(model.jnt_actfrcrange[at][1]) if model.jnt_actfrclimited[at] else math.inf,
         lag_s=lag_s,
     )
 

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 from servoid.config import ARM_FILE, read_bytes
 from servoid.errors import SimError
+from servoid.sim.world.arms.urdf_faults import check_elements
 from servoid.words import in_one_line
 
 _READABLE = (".stl", ".obj", ".msh")
@@ -40,13 +41,14 @@ def read_urdf(path: Path) -> Urdf:
     NAME/REST in one; other names beside the file, or in the `meshdir` of its MuJoCo element.
 
     Raises:
-        SimError: the file is not XML, or a mesh is not found.
+        SimError: the file is not XML, a mesh is not found, or an element is wrong.
 
     """
     try:
         root = ElementTree.fromstring(read_bytes(path, SimError, ARM_FILE))
     except ElementTree.ParseError as error:
         raise SimError(f"{path} cannot be read as an arm: {in_one_line(error)}") from error
+    check_elements(path, root)
     for link in root.iter("link"):
         _keep_solid(link)
     compiler = _compiler(root)

@@ -79,6 +79,7 @@ class _Work:
     def fill(self, draft: Path) -> Scan:
         """Write the capture into an empty folder, stage by stage."""
         _check_count(self.footage.path, len(self.footage.names))
+        _check_named(self.footage, self.request.keys())
         with self._stage("key images") as report:
             keys = choose_keys(self.footage, self.request.keys(), lambda s: report(0.6 * s))
             (draft / IMAGES).mkdir()
@@ -176,6 +177,17 @@ class _Work:
 def _images(staged: Staged) -> Iterable[tuple[str, NDArray[np.uint8]]]:
     for file in staged.files:
         yield Path(file).stem, read_image(staged.folder / file, staged.size_px)
+
+
+def _check_named(footage: Footage, names: Iterable[str]) -> None:
+    """Check that there are the images in which a length is marked, before they are scanned."""
+    missing = next((name for name in names if name not in footage.names), None)
+    if missing is not None:
+        first, last = footage.names[0], footage.names[-1]
+        raise ScanError(
+            f"there is no image '{missing}' in {footage.path}; its images are named {first} to "
+            f"{last}; mark one of them"
+        )
 
 
 def _check_count(path: Path, count: int) -> None:

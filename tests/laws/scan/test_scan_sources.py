@@ -18,11 +18,11 @@ from rooms_to_scan import (
 )
 
 from servoid.capture import open_capture
-from servoid.errors import CaptureError
+from servoid.errors import CaptureError, ScanError
 from servoid.exchange.bags.writing import raw_observations, write_mcap_recording
 from servoid.opening import Filmed, GivenCalibration, open_filmed, parse_source
 from servoid.pose import Pose
-from servoid.scan import Film, Photographs, Recorded, Request, scan
+from servoid.scan import Film, Photographs, Recorded, Request, parse_length, scan
 
 BASELINE_M = 0.06
 CAPTURE = """version = 1
@@ -114,6 +114,20 @@ def test_what_cannot_be_a_footage_is_refused_with_what_would_do(tmp_path: Path) 
     (folder / "capture.toml").write_text(text.replace('name = "left"', fisheye))
     with pytest.raises(CaptureError, match="camera 'left' has a fisheye"):
         filmed(folder)
+
+
+def test_a_mark_in_an_image_that_is_not_there_is_told_before_the_scan(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pycolmap", reason="scans need pycolmap")
+    monkeypatch.setattr("servoid.scan.scanning.choose_keys", None)  # nothing is computed
+    photos = write_photos(tmp_path / "photos", blank(4))
+    marks = tuple(map(parse_length, ("p001:10,20,30,40=0.1", "nosuch:10,20,30,40=0.1")))
+    with pytest.raises(
+        ScanError, match=r"no image 'nosuch' in .*photos; its images are named p000 to"
+    ):
+        scan(photos, tmp_path / "out", Request(lengths=marks))
+    assert [path.name for path in tmp_path.iterdir()] == ["photos"]
 
 
 @pytest.mark.extended

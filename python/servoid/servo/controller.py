@@ -122,7 +122,7 @@ class Controller:
         self._limits = JointLimits(arm.joints, settings.joints, arm.period_s)
         self._watch = ArmWatch(settings.safety, arm.period_s, len(arm.joints.names))
         self._confirming = Confirming(arm.joints, arm.period_s)
-        fade_s = 0.5 * settings.joints.ramp_s
+        fade_s = 0.5 * self._limits.ramp_s
         reaction_s = settings.joints.reaction_s + arm.period_s + fade_s
         self._workspace = WorkspaceLimits(settings.safety, reaction_s, arm.period_s)
         self._limiter = Limiter(arm, settings.hand, fade_s)

@@ -12,6 +12,7 @@ from servoid.servo.settings import JointSettings
 # In the order of the causes that the core counts.
 _CAUSES = (Reason.JOINT_JERK, Reason.JOINT_ACCELERATION, Reason.JOINT_SPEED, Reason.JOINT_LIMIT)
 _OVERSHOOT = 2.0  # share of its speed limit above which a joint's measured speed cannot be true
+_RAMP_S = 0.06  # longest time in which the jerk lets an acceleration rise to the one that is used
 _UNLIMITED = np.empty(0)
 JITTER = 0.1
 """The error of measured joint speeds in rad/s, of joints with any limit."""
@@ -25,6 +26,12 @@ class JointLimits:
         self._absurd = _OVERSHOOT * joints.speed + JITTER
         acceleration = settings.acceleration_share * joints.acceleration
         gentle = acceleration / settings.ramp_s
+        self.ramp_s = settings.ramp_s
+        """Longest time in which a joint's acceleration rises from 0 to the greatest one."""
+        if joints.jerk is not None:
+            # The law knows no jerk: what answers it much later than this, it makes swing.
+            acceleration = np.minimum(acceleration, _RAMP_S * joints.jerk)
+            self.ramp_s = max(self.ramp_s, float(np.max(acceleration / joints.jerk)))
         ranges = (
             joints.lower + settings.margin,
             joints.upper - settings.margin,

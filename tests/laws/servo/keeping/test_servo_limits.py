@@ -1,22 +1,29 @@
 """Laws of the limits of the hand and of the joints, whatever goals, jumps and holds come."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fake_tracker import FakeEstimate
 from servo_loop import (
     GOAL_FROM_OBJECT,
+    PERIOD_S,
     Loop,
     Seen,
     broken_limits,
     goal_at,
     hand_shares_of,
+    position_errors,
     to_and_fro,
 )
+from tiers import tiered
 
 from servoid.pose import Pose
 from servoid.pose.exact import Floats
-from servoid.servo import JointLaw, ServoSettings
+from servoid.servo import Controller, JointLaw, Joints, ServoSettings
 from servoid.servo.settings import JointSettings
+from servoid.sim.arm_file import read_arm
+from servoid.sim.serial_arm import SerialArm
 from servoid.source.source import Instant
 
 LAWS = pytest.mark.parametrize("law", list(JointLaw), ids=lambda law: law.value)
@@ -101,3 +108,35 @@ def led(loop: Loop, goal: Pose, point: Floats, seconds: float) -> None:
         command = loop.controller.go_to(state, goal, point)
         loop.ticks.append(loop._tick(state, command))
         loop.arm.command(command.velocities)
+
+
+class JerkLimited(SerialArm):
+    """An arm whose joints have a jerk limit, in rad/s³."""
+
+    most = np.inf
+
+    @property
+    def joints(self) -> Joints:
+        joints = super().joints
+        return replace(joints, jerk=np.full(len(joints.names), self.most))
+
+
+@LAWS
+@pytest.mark.parametrize("jerk", tiered([10.0, 3.0, 1.0, 30.0, 50.0, 200.0]))
+def test_joints_of_low_jerk_bring_the_hand_to_its_goal_all_the_same(
+    law: JointLaw, jerk: float
+) -> None:
+    far = goal_at(np.array([0.1, 0.04, 0.05, 0.0, 0.0, 0.0]))
+    loop = Loop(lambda _: far, ServoSettings(joints=JointSettings(law=law)))
+    loop.arm = JerkLimited(read_arm(), PERIOD_S)
+    loop.arm.most = jerk
+    loop.controller = Controller(loop.arm, loop.settings)
+    ticks = loop.run(10)
+    assert shares_of(loop)["told speed"] <= 1.0
+    commands = np.array([tick.command.velocities for tick in ticks])
+    jerks = np.abs(np.diff(commands, n=2, axis=0)) / loop.arm.period_s**2
+    assert jerks.max() <= jerk * (1.0 + 1e-6)
+    errors = position_errors(ticks)
+    assert errors.max() < 1.05 * errors[0], "it comes nearer, and does not run away"
+    settled = errors[-125:].max()
+    assert settled < (0.03 if jerk < 10.0 else 1e-3), f"{1e3 * settled:.1f} mm"

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.capture.capture import Capture, CaptureCamera
+from servoid.capture.frozen_depth import doubt_depth
 from servoid.capture.lag_fit import Lag, MovingFeatures, fit_lag
 from servoid.capture.matched_features import (
     FIRST_OF_VIDEO,
@@ -92,12 +93,15 @@ class _Pair:
 def doubt_step(capture: Capture, *, among: Sequence[int] | None = None) -> str | None:
     """Return a message if cameras of a recording took their images at different times, else None.
 
-    Each camera is compared with the first one that sees the same things. Observations `among` these
-    indices are compared; without, among all.
+    Each camera is compared with the first one that sees the same things, and its depth images with
+    each other. Observations `among` these indices are compared; without, among all.
     """
     if not capture.is_recording:
         return None
     coarse, fine = Album(capture, long_px=LONG_PX // 2), Album(capture)
+    frozen = doubt_depth(coarse, among=among)
+    if frozen is not None:
+        return frozen
     for second in range(1, len(capture.cameras)):
         for first in range(second):
             pair = _Pair(coarse, (first, second))

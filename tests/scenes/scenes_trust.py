@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from scene_table import Figures, Scene, scene
+from tracks_through import tracks_through
 from trust_scenes import ALL_COURSES, COURSES, mesh_of, write_course
 from trust_verdicts import Verdicts, verdicts
 
@@ -15,7 +16,7 @@ from servoid.capture import open_capture
 from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.shape import Body
-from servoid.track import Request, Subject, track_capture
+from servoid.track import Request, Subject
 from servoid_experiments.modelling.designs import DESIGNS
 from servoid_experiments.tracking.trial import known_of
 
@@ -59,7 +60,7 @@ def followed(name: str, how: str, seed: int, folder: Path | None = None) -> Verd
         body = known_body(course.object_of(seed))
         start = truth[0] @ body.world_from_object
         subject = Subject(body=body, start=start, known_shape=True)
-    result = track_capture(open_capture(folder), [subject], Request(seed=seed))[0]
+    result = tracks_through(open_capture(folder), [subject], Request(seed=seed))[0]
     return verdicts(result.tracked, truth, course.vertices(seed))
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from scenes_trust import known_body, true_poses
+from tracks_through import tracks_through
 from trust_scenes import PLAIN, PRINTED, SMALL, Course, mesh_of, sway, write_made
 from trust_verdicts import Verdicts, verdicts
 
@@ -14,7 +15,7 @@ from servoid.pose import Pose
 from servoid.sim.world.events.motions import compose, row_of
 from servoid.sim.world.objects import make_object
 from servoid.sim.world.scene.visuals import Visual
-from servoid.track import Request, Subject, TrackResult, track_capture
+from servoid.track import Request, Subject, TrackResult
 from servoid_experiments.tracking.scene import SetUp
 
 TWIN = "twin"  # what carries it: it rests
@@ -81,7 +82,7 @@ def tracked_beside_twin(
         body = known_body(course.object_of(seed))
         start = truth[0] @ body.world_from_object
         subject = Subject(body=body, start=start, known_shape=True)
-    result = track_capture(open_capture(folder / name / str(seed)), [subject], Request(seed=seed))[
+    result = tracks_through(open_capture(folder / name / str(seed)), [subject], Request(seed=seed))[
         0
     ]
     return result, verdicts(result.tracked, truth, course.vertices(seed))

@@ -12,13 +12,14 @@ import pytest
 import trimesh
 from recordings_with_truth import recording_with_truth
 from scipy.stats import chi2
+from tracks_through import tracks_through
 from trust_variants import Change, coarse, halved
 from trust_verdicts import Verdicts, verdicts
 
 from servoid.model import Request as ModelRequest
 from servoid.model import fit_mesh
 from servoid.shape import Body
-from servoid.track import Request, Subject, TrackSettings, track_capture
+from servoid.track import Request, Subject, TrackSettings
 
 DISTANCE_M = 0.4146
 BOTTLE_M = 0.603
@@ -31,7 +32,7 @@ def verdicts_of_one_eye(name: str, request: Request) -> Verdicts:
     """Track a recording's object by the first camera alone, and judge all poses."""
     recording = recording_with_truth(name)
     left = dataclasses.replace(recording.capture, cameras=recording.capture.cameras[:1])
-    tracked = list(track_capture(left, [Subject()], request)[0].tracked)
+    tracked = list(tracks_through(left, [Subject()], request)[0].tracked)
     return verdicts(tracked, recording.truth, recording.vertices, scaled=True)
 
 
@@ -56,7 +57,7 @@ def test_a_real_cube_is_followed_on_where_it_turns_and_not_trusted_where_it_is_w
 ) -> None:
     recording = recording_with_truth("real/cube_hand")
     request = Request(distance_m=DISTANCE_M, seed=1, depth_from_motion=from_the_start)
-    followed = list(track_capture(recording.capture, [Subject()], request)[0].tracked)
+    followed = list(tracks_through(recording.capture, [Subject()], request)[0].tracked)
     found = verdicts(followed, recording.truth, recording.vertices, scaled=True)
     # 2 to 5 degrees with seeds 0 to 7; 16 to 21 where no motion is asked.
     assert np.degrees(np.median(found.turn)) < 9.0
@@ -79,7 +80,7 @@ def test_one_eye_never_trusts_a_flat_bottle_that_turned_farther_than_its_thick_g
     recording = recording_with_truth("hard/bleach_turn")
     left = dataclasses.replace(recording.capture, cameras=recording.capture.cameras[:1])
     request = Request(distance_m=BOTTLE_M, seed=seed)
-    followed = track_capture(change(left, seed, tmp_path), [Subject()], request)[0].tracked
+    followed = tracks_through(change(left, seed, tmp_path), [Subject()], request)[0].tracked
     # The distance is the true one; the few images that are told would not tell the scale.
     found = verdicts(list(followed), recording.truth, recording.vertices)
     # None; 7 in a row each while points near the guess, or a map of wrong turns, were believed.
@@ -111,7 +112,7 @@ def test_one_eye_that_sees_a_flat_side_of_a_known_cube_does_not_trust_a_mirrored
     first = recording.truth[0]
     assert first is not None
     known = Subject(body=body, start=first @ body.world_from_object)
-    tracked = list(track_capture(recording.capture, [known], Request(seed=seed))[0].tracked)
+    tracked = list(tracks_through(recording.capture, [known], Request(seed=seed))[0].tracked)
     found = verdicts(tracked, recording.truth, recording.vertices)
     # Where the body is believed throughout, 5 and 14 of 99 are, and 30 and 39 % are wrong.
     assert found.trusted_wrong.sum() == 0

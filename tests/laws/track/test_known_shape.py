@@ -4,13 +4,14 @@ from pathlib import Path
 
 import pytest
 from fake_tracker import FakeTracker, plain_body
+from tracks_through import tracks_through
 
 from servoid.capture import open_capture
 from servoid.cli.track.subjects import read_subjects
 from servoid.errors import TrackError
 from servoid.model import fit
 from servoid.shape import MadeBy, SeenEntry, save_body
-from servoid.track import Method, Request, Subject, TrackSettings, track_capture
+from servoid.track import Method, Request, Subject, TrackSettings
 
 
 def made_by(*views: str) -> MadeBy:
@@ -61,7 +62,7 @@ def test_a_mask_that_fits_several_orientations_is_told_and_its_outline_not_trust
     body = fit(capture.views(), max_ellipsoids=1).body
     for start in (None, body.world_from_object):
         subject = Subject(body=body, start=start, known_shape=True)
-        [result] = track_capture(capture, [subject])
+        [result] = tracks_through(capture, [subject])
         told = [note for note in result.notes if "in other orientations about as well" in note]
         assert len(told) == (start is None)
     by_mask, given = (made.settings.options for made in fake_core.made)

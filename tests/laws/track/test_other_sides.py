@@ -9,11 +9,12 @@ import pytest
 from recordings_with_truth import recording_with_truth
 from scenes_trust import true_poses
 from tiers import tiered
+from tracks_through import tracks_through
 from trust_scenes import SMALL, Course, mesh_of, sway, write_made
 from trust_verdicts import Verdicts, verdicts
 
 from servoid.capture import Capture, open_capture
-from servoid.track import Request, track_capture
+from servoid.track import Request
 from servoid_experiments.tracking.scene import RATE_HZ
 
 PIECE = 12  # images, of one played from random places
@@ -47,7 +48,7 @@ def drawn(name: str, seed: int, folder: Path) -> Verdicts:
     course = Course((name,), 80, 3.0, turned_deg=sway)
     order = pieces(course.images, 8, seed)
     write_made(folder / "drawn", course.set_up(seed, SMALL), mesh_of(name), order)
-    result = track_capture(open_capture(folder / "drawn"), None, Request(seed=seed))[0]
+    result = tracks_through(open_capture(folder / "drawn"), None, Request(seed=seed))[0]
     return verdicts(result.tracked, true_poses(folder / "drawn"), mesh_of(name)[0])
 
 
@@ -71,7 +72,7 @@ def test_of_stripes_that_look_alike_the_right_ones_are_found_more_often(order_se
     recording = recording_with_truth("hard/mug_sway")
     order = pieces(120, 16, order_seed)
     capture = played(recording.capture, order)
-    result = track_capture(capture, None, Request())[0]
+    result = tracks_through(capture, None, Request())[0]
     truth = [recording.truth[index] for index in order]
     found = verdicts(result.tracked, truth, recording.vertices)
     assert np.count_nonzero(found.trusted_wrong) < 20

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tiers import tiered
+from tracks_through import tracks_through
 from trust_scenes import SMALL, write_course
 from trust_verdicts import Verdicts, verdicts
 
@@ -13,13 +14,13 @@ from servoid.exchange.shapes.mesh_file import read_mesh
 from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.shape import Body
-from servoid.track import Method, Request, Subject, track_capture
+from servoid.track import Method, Request, Subject
 
 
 def plain_sway(folder: Path, seed: int, *, adjusted: bool) -> Verdicts:
     """Track a plain object that sways after one look, and judge all poses."""
     request = Request(seed=seed, adjust_outlines=adjusted)
-    tracked = list(track_capture(open_capture(folder), None, request)[0].tracked)
+    tracked = list(tracks_through(open_capture(folder), None, request)[0].tracked)
     truth = read_trajectory(folder / "truth" / "left_from_object.csv")
     vertices = read_mesh(folder / "truth" / "mesh.obj").vertices
     return verdicts(tracked, [one.world_from_object for one in truth], vertices)

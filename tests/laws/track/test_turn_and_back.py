@@ -4,10 +4,11 @@ from pathlib import Path
 
 import pytest
 from recordings_with_truth import recording_with_truth
+from tracks_through import tracks_through
 from trust_variants import VARIANTS
 from trust_verdicts import Verdicts, verdicts
 
-from servoid.track import Request, Subject, track_capture
+from servoid.track import Request, Subject
 
 
 @pytest.mark.extended
@@ -74,5 +75,5 @@ def test_a_known_side_that_comes_back_is_recognised_whatever_was_learned_on_the_
 def _turned(variant: str, seed: int, folder: Path) -> Verdicts:
     recording = recording_with_truth("hard/bleach_turn")
     capture = VARIANTS[variant].change(recording.capture, seed, folder)
-    tracked = track_capture(capture, [Subject()], Request(seed=seed))[0].tracked
+    tracked = tracks_through(capture, [Subject()], Request(seed=seed))[0].tracked
     return verdicts(tracked, recording.truth, recording.vertices)

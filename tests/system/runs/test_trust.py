@@ -25,13 +25,14 @@ from scenes_trust import (
 )
 from scipy.stats import chi2
 from tiers import tiered
+from tracks_through import tracks_through
 from trust_scenes import COURSES, FULL, LEAVING_COURSES, MESHES, SMALL, write_course
 from trust_variants import VARIANTS
 from trust_verdicts import Verdicts, stretches, verdicts
 
 from servoid.capture import open_capture
 from servoid.pose import Pose
-from servoid.track import Request, track_capture
+from servoid.track import Request
 
 POINTS = 0.05 * np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
 QUICK = [
@@ -130,7 +131,7 @@ def test_an_object_that_comes_back_in_other_light_is_found_by_pictures_of_its_si
     # By colours alone it was not found, with both seeds, in any of the last 17 images.
     capture = open_capture(course("leaves", seed, size_px))
     lamps = VARIANTS["lamps"].change(capture, seed, tmp_path)
-    tracked = track_capture(lamps, None, Request(seed=seed))[0].tracked
+    tracked = tracks_through(lamps, None, Request(seed=seed))[0].tracked
     truth, vertices = (
         true_poses(course("leaves", seed, size_px)),
         LEAVING_COURSES["leaves"].vertices(seed),
@@ -181,7 +182,7 @@ def test_a_guess_of_the_body_does_not_hold_back_a_turn_that_outlines_tell(
 ) -> None:
     # While it did, 5 and 2 images in a row were wrong, and the median error was 8 and 12 degrees.
     capture = VARIANTS[variant].change(open_capture(course("plain", seed, FULL)), seed, tmp_path)
-    tracked = track_capture(capture, None, Request(seed=seed))[0].tracked
+    tracked = tracks_through(capture, None, Request(seed=seed))[0].tracked
     truth, vertices = true_poses(course("plain", seed, FULL)), COURSES["plain"].vertices(seed)
     found = verdicts(tracked, truth, vertices)
     assert not found.trusted_wrong.any()

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scenes_trust import ALL_COURSES, drawn_course, true_poses
 from tiers import tiered
+from tracks_through import tracks_through
 from trust_verdicts import Verdicts, verdicts
 
 from servoid.capture import open_capture
-from servoid.track import Request, track_capture
+from servoid.track import Request
 
 NOTICE = "move otherwise than the rest"
 BESIDE_PX = 50  # of the background that is marked as well
@@ -33,7 +34,7 @@ def marked(seed: int, folder: Path, beside_px: int) -> Path:
 
 def followed(seed: int, folder: Path) -> tuple[Verdicts, list[bool]]:
     """Track what is marked; return verdicts, and in which images two things are noticed."""
-    result = track_capture(open_capture(folder), None, Request(seed=seed))[0]
+    result = tracks_through(open_capture(folder), None, Request(seed=seed))[0]
     vertices = ALL_COURSES["turn"].vertices(seed)
     noticed = [any(NOTICE in note for note in one.notices) for one in result.tracked]
     for one, is_noticed in zip(result.tracked, noticed, strict=True):

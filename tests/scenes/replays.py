@@ -17,6 +17,7 @@ import numpy as np
 sys.path.append(str(Path(__file__).parents[1] / "fixtures"))  # when it is run by itself
 
 from drawn import Drawn
+from tracks_through import tracks_through
 
 from servoid.exchange import open_any
 from servoid.model import Request as ModelRequest
@@ -24,7 +25,7 @@ from servoid.model import fit_capture
 from servoid.output import write_whole
 from servoid.shape import Body
 from servoid.sim import Scenario, write_moving_sample, write_sample
-from servoid.track import Request, track_capture
+from servoid.track import Request
 
 HERE = Path(__file__).parent
 TABLE = HERE / "replays.tsv"
@@ -49,7 +50,7 @@ def digest(arrays: Iterable[object]) -> str:
 def of_track(folder: Path, **options: object) -> str:
     """Track what the first mask shows, with a body that evolves; hash every estimate."""
     request = Request(**options)  # type: ignore[arg-type]
-    (result,) = track_capture(open_any(folder), request=request)
+    (result,) = tracks_through(open_any(folder), request=request)
     numbers: list[object] = []
     for one in result.tracked:
         estimate = one.estimate

@@ -1,5 +1,6 @@
 """Of several objects that look alike, each is tracked as itself."""
 
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -150,13 +151,18 @@ EYES = [Pose.from_parts([x, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]) for x in (0.0, 0.06
 HALF_M = (0.10, 0.008)
 
 
+@cache
+def wall() -> np.ndarray:
+    noise = np.random.default_rng(2).uniform(60, 170, (*SIZE[::-1], 3))
+    return cv2.GaussianBlur(noise, None, 6)
+
+
 def slender(turned_deg: float | None, seed: int) -> list[np.ndarray]:
     """Draw what two eyes see of a slender plain ellipse before a wall; None: it is hidden."""
     random = np.random.default_rng(seed)
-    wall = cv2.GaussianBlur(np.random.default_rng(2).uniform(60, 170, (*SIZE[::-1], 3)), None, 6)
     images = []
     for eye in EYES:
-        image = wall + random.normal(0.0, 2.0, wall.shape)
+        image = wall() + random.normal(0.0, 2.0, wall().shape)
         if turned_deg is not None:
             middle = (319.5 - FOCAL_PX * eye.translation[0] / AWAY_M, 239.5)
             axes = [2.0 * FOCAL_PX * half / AWAY_M for half in HALF_M]

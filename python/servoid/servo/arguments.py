@@ -21,7 +21,8 @@ _LISTED = (
     "covariance",
     "unobservable",
 )
-_ROUNDING = 1e-9  # share of the greatest variance by which another may be below 0
+_ROUNDING = 1e-6  # of a probability beyond 0 or 1
+_NEGATIVE = 1e-9  # share of the greatest variance by which another may be below 0
 
 
 def check_arm(arm: Arm, settings: ServoSettings | None) -> None:
@@ -117,6 +118,7 @@ def check_estimate(estimate: TargetEstimate) -> None:
         if not is_number(getattr(estimate, name)):
             given = getattr(estimate, name)
             raise ServoError(f"an estimate's {name} must be a number, but is {given!r:.60}")
+    _check_confidence(float(estimate.confidence))
     if estimate.status not in _STATUSES:
         raise ServoError(
             f"an estimate's status must be one of {', '.join(_STATUSES)}, but is "
@@ -130,6 +132,15 @@ def check_estimate(estimate: TargetEstimate) -> None:
         )
 
 
+def _check_confidence(confidence: float) -> None:
+    if not np.isfinite(confidence) or -_ROUNDING <= confidence <= 1.0 + _ROUNDING:
+        return
+    remedy = ": divide percentages by 100" if confidence > 1.0 else ""
+    raise ServoError(
+        f"an estimate's confidence is {confidence:g}; it is a probability, 0 to 1{remedy}"
+    )
+
+
 def _check_covariance(covariance: Floats) -> None:
     if not _is_array(covariance) or covariance.shape != (6, 6):
         raise ServoError(
@@ -137,7 +148,7 @@ def _check_covariance(covariance: Floats) -> None:
             f"but is {_kind(covariance)}"
         )
     variances = covariance.diagonal()
-    if variances.min() < -_ROUNDING * np.abs(variances).max():
+    if variances.min() < -_NEGATIVE * np.abs(variances).max():
         raise ServoError(
             "an estimate's covariance must have no variance below 0 on its diagonal, but has "
             f"{variances.min():g}"

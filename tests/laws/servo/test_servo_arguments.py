@@ -23,6 +23,14 @@ ESTIMATES: dict[str, tuple[dict[str, Any], str]] = {
     "a matrix as pose": ({"world_from_object": np.eye(4)}, r"but is ndarray of shape \(4, 4\)"),
     "no time": ({"time_s": None}, "time_s must be a number, but is None"),
     "a text as confidence": ({"confidence": "high"}, "confidence must be a number, but is 'high'"),
+    "a percentage as confidence": (
+        {"confidence": 5.0},
+        "confidence is 5; it is a probability, 0 to 1: divide percentages by 100",
+    ),
+    "a negative confidence": (
+        {"confidence": -0.5},
+        "confidence is -0.5; it is a probability, 0 to 1$",
+    ),
     "an unknown status": ({"status": "TRACKING"}, "one of tracking, searching, lost, but is 'TR"),
     "a small covariance": (
         {"covariance": np.eye(3)},

@@ -9,6 +9,8 @@ from servoid.errors import ServoError
 from servoid.pose import Floats, Pose
 from servoid.words import counted
 
+_REAL = "fiuO"  # kinds of arrays of real numbers, or of objects that may be such
+
 
 def is_number(given: object) -> bool:
     """Return whether a value is a real number; NaN is one."""
@@ -17,8 +19,15 @@ def is_number(given: object) -> bool:
 
 def _row(what: str, given: object, count: int | None = None) -> Floats:
     """Convert a row of numbers, and check its length if `count` is given."""
+    if np.ma.is_masked(given):
+        raise ServoError(
+            f"{what} holds masked values; where a sensor has none, give NaN, which holds the hand"
+        )
     try:
-        numbers = np.asarray(given, dtype=np.float64)
+        raw = np.asarray(given)
+        if raw.dtype.kind not in _REAL:
+            raise TypeError(f"its type is {raw.dtype}")
+        numbers = np.asarray(raw, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ServoError(f"{what} must be a row of numbers, but is {given!r:.60}") from error
     if numbers.ndim != 1 or count not in (None, len(numbers)):
@@ -84,7 +93,8 @@ class JointState:
     brought it to a protective stop, in which commands have no effect until somebody resets it.
 
     Raises:
-        ServoError: the time is no number, or another value is not a row of numbers.
+        ServoError: the time is no number, `stopped` is neither true nor false, or another value is
+            not a row of numbers.
 
     """
 
@@ -96,6 +106,11 @@ class JointState:
     def __post_init__(self) -> None:
         if not is_number(self.time_s):
             raise ServoError(f"JointState.time_s must be a number, but is {self.time_s!r:.60}")
+        if not isinstance(self.stopped, bool | np.bool_):
+            raise ServoError(
+                f"JointState.stopped must be True or False, but is {self.stopped!r:.60}; if the "
+                "driver does not tell, leave it out"
+            )
         for name in ("positions", "velocities"):
             object.__setattr__(self, name, _row(f"JointState.{name}", getattr(self, name)))
 

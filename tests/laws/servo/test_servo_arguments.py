@@ -62,6 +62,28 @@ STATES: dict[str, tuple[Callable[[JointState], Any], str]] = {
         lambda state: replace(state, time_s=None),
         "JointState.time_s must be a number, but is None",
     ),
+    "a masked position": (
+        lambda state: replace(
+            state, positions=np.ma.masked_array(state.positions, [True] + 9 * [False])
+        ),
+        "JointState.positions holds masked values; where a sensor has none, give NaN",
+    ),
+    "complex positions": (
+        lambda state: replace(state, positions=state.positions + 0j),
+        r"JointState.positions must be a row of numbers, but is array\(\[.*j",
+    ),
+    "texts as speeds": (
+        lambda state: replace(state, velocities=10 * ["0"]),
+        r"JointState.velocities must be a row of numbers, but is \['0', '0'",
+    ),
+    "a stop that is not told": (
+        lambda state: replace(state, stopped=None),
+        "JointState.stopped must be True or False, but is None; if the driver does not tell",
+    ),
+    "a text as stop": (
+        lambda state: replace(state, stopped="no"),
+        "JointState.stopped must be True or False, but is 'no'",
+    ),
 }
 
 

@@ -1,4 +1,4 @@
-"""The largest lengths and speeds that are plausible; larger ones are probably in millimetres."""
+"""The largest lengths, angles and times that are plausible; larger ones are in another unit."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -38,10 +38,28 @@ OBJECT_SPEED = 100.0
 BRAKING = 500.0
 """The acceleration at which an arm brakes, in m/s²."""
 
+TURN = 4.0 * math.pi
+"""The farthest limit of a joint, in rad; what turns without an end has none."""
+
+TURN_SPEED = 10.0 * math.pi
+"""The speed limit of a joint, in rad/s: the fastest wrists of robots reach it."""
+
+PERIOD_S = 0.5
+"""The control period of an arm: it is held after `safety.coast_s` without images, 0.25 s."""
+
+_PER_RAD = math.degrees(1.0)
 _QUANTITIES = {
-    "m": ("lengths", "metres", "millimetres"),
-    "m/s": ("speeds", "metres per second", "millimetres per second"),
-    "m/s²": ("accelerations", "metres per second squared", "millimetres per second squared"),
+    "m": ("lengths", "metres", "millimetres", 1000.0),
+    "m/s": ("speeds", "metres per second", "millimetres per second", 1000.0),
+    "m/s²": (
+        "accelerations",
+        "metres per second squared",
+        "millimetres per second squared",
+        1000.0,
+    ),
+    "rad": ("angles", "radians", "degrees", _PER_RAD),
+    "rad/s": ("speeds of joints", "radians per second", "degrees per second", _PER_RAD),
+    "s": ("times", "seconds", "milliseconds", 1000.0),
 }
 
 
@@ -57,13 +75,13 @@ class Most:
 
 
 def implausible(name: str, value: float, most: float, unit: str = "m") -> str | None:
-    """Return the message that refuses a length, or a speed, that is not plausible, else None."""
+    """Return the message that refuses a quantity that is not plausible in its unit, else None."""
     if not math.isfinite(value) or abs(value) <= most:
         return None
-    quantities, usual, small = _QUANTITIES[unit]
+    quantities, usual, small, count = _QUANTITIES[unit]
     return (
         f"{name} is {digits(value)} {unit}, and more than {digits(most)} {unit} is not plausible; "
-        f"{quantities} are in {usual}: if it is in {small}, write {digits(value / 1000.0)}"
+        f"{quantities} are in {usual}: if it is in {small}, write {digits(value / count)}"
     )
 
 

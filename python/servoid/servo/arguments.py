@@ -1,12 +1,15 @@
 """Checks what a program passes to a controller: an arm, joint states, estimates and goals."""
 
+from dataclasses import fields
+
 import numpy as np
 
-from servoid.config import NEAR_M, implausible
+from servoid.config import NEAR_M, PERIOD_S, implausible
 from servoid.errors import ServoError
 from servoid.pose import Floats, Pose, exact
-from servoid.servo.arm import Arm, Joints, JointState, is_number
+from servoid.servo.arm import Arm, Eyes, Joints, JointState
 from servoid.servo.belief.target import TargetEstimate
+from servoid.servo.rows import is_index, is_number
 from servoid.servo.settings import ServoSettings
 from servoid.words import counted
 
@@ -42,16 +45,46 @@ def check_arm(arm: Arm, settings: ServoSettings | None) -> None:
         raise ServoError(f"Arm.joints must be servoid.servo.Joints, but is {_kind(arm.joints)}")
     if not is_number(arm.period_s) or not 0.0 < arm.period_s < np.inf:
         raise ServoError(f"Arm.period_s must be a number above 0, but is {arm.period_s!r:.60}")
+    absurd = implausible("Arm.period_s", float(arm.period_s), PERIOD_S, "s")
+    if absurd is not None:
+        raise ServoError(absurd)
     if arm.eyes is not None:
-        offset = exact.norm(np.array(arm.eyes.hand_from_head.translation))
-        for name, length in (("hand_from_head", offset), ("half_baseline", arm.eyes.half_baseline)):
-            absurd = implausible(f"Arm.eyes.{name}", length, NEAR_M)
-            if absurd is not None:
-                raise ServoError(absurd)
+        _check_eyes(arm.eyes, arm.joints)
     if not isinstance(settings, ServoSettings | None):
         raise ServoError(
             f"settings must be servoid.servo.ServoSettings or None, but are {_kind(settings)}"
         )
+
+
+def _check_eyes(eyes: Eyes, joints: Joints) -> None:
+    """Check that cameras have joints of their own, and a place on the hand that can be true."""
+    if any(not hasattr(eyes, one.name) for one in fields(Eyes)):
+        raise ServoError(f"Arm.eyes must be servoid.servo.Eyes or None, but is {_kind(eyes)}")
+    first, count = joints.hand_count, len(joints.names)
+    places = {name: getattr(eyes, name) for name in ("tilt", "pan_left", "pan_right")}
+    for name, place in places.items():
+        if not is_index(place) or not first <= place < count:
+            raise ServoError(
+                f"Arm.eyes.{name} is {place!r:.60}, but must be the index of a camera's joint, "
+                + (
+                    f"{first} to {count - 1}: the first {first} joints move the hand"
+                    if first < count
+                    else f"and all {count} joints move the hand: Joints.hand_count counts those"
+                )
+            )
+    if len(set(places.values())) < len(places):
+        given = ", ".join(f"{name} {place}" for name, place in places.items())
+        raise ServoError(f"Arm.eyes uses a joint twice: {given}; give each its own index")
+    if not is_number(eyes.half_baseline) or not eyes.half_baseline >= 0.0:
+        raise ServoError(
+            f"Arm.eyes.half_baseline must be 0 m or more, but is {eyes.half_baseline!r:.60}"
+        )
+    check_pose("Arm.eyes.hand_from_head", eyes.hand_from_head)
+    offset = exact.norm(np.array(eyes.hand_from_head.translation))
+    for name, length in (("hand_from_head", offset), ("half_baseline", eyes.half_baseline)):
+        absurd = implausible(f"Arm.eyes.{name}", length, NEAR_M)
+        if absurd is not None:
+            raise ServoError(absurd)
 
 
 def check_state(state: JointState, joints: Joints) -> None:

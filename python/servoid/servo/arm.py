@@ -7,37 +7,7 @@ import numpy as np
 
 from servoid.errors import ServoError
 from servoid.pose import Floats, Pose
-from servoid.words import counted
-
-_REAL = "fiuO"  # kinds of arrays of real numbers, or of objects that may be such
-
-
-def is_number(given: object) -> bool:
-    """Return whether a value is a real number; NaN is one."""
-    return isinstance(given, int | float | np.integer | np.floating)
-
-
-def _row(what: str, given: object, count: int | None = None) -> Floats:
-    """Convert a row of numbers, and check its length if `count` is given."""
-    if np.ma.is_masked(given):
-        raise ServoError(
-            f"{what} holds masked values; where a sensor has none, give NaN, which holds the hand"
-        )
-    try:
-        raw = np.asarray(given)
-        if raw.dtype.kind not in _REAL:
-            raise TypeError(f"its type is {raw.dtype}")
-        numbers = np.asarray(raw, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ServoError(f"{what} must be a row of numbers, but is {given!r:.60}") from error
-    if numbers.ndim != 1 or count not in (None, len(numbers)):
-        expected = (
-            "a row of numbers"
-            if count is None
-            else f"{counted(count, 'number')}, one for each name"
-        )
-        raise ServoError(f"{what} must be {expected}, but has shape {numbers.shape}")
-    return numbers
+from servoid.servo.rows import check_range, check_rates, is_index, is_number, row_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +16,12 @@ class Joints:
 
     All are rows of N numbers, kept as (N,) float64: `lower` and `upper` bound the angles in
     radians, `speed` is in rad/s, `acceleration` in rad/s² and `jerk`, if the arm has one, in
-    rad/s³. The first `hand_count` joints move the hand, the others the cameras.
+    rad/s³. The first `hand_count` joints move the hand, the others the cameras. A joint that turns
+    without an end has the limits -inf and inf.
 
     Raises:
-        ServoError: a row does not have one number for each name.
+        ServoError: a row does not have one number for each name, or a limit cannot be true, such as
+            one in degrees.
 
     """
 
@@ -66,7 +38,17 @@ class Joints:
         for name in ("lower", "upper", "speed", "acceleration", "jerk"):
             given = getattr(self, name)
             if given is not None:
-                object.__setattr__(self, name, _row(f"Joints.{name}", given, len(self.names)))
+                object.__setattr__(self, name, row_of(f"Joints.{name}", given, len(self.names)))
+        count = len(self.names)
+        if not is_index(self.hand_count) or not 1 <= self.hand_count <= count:
+            raise ServoError(
+                f"Joints.hand_count must be a whole number from 1 to {count}, the number of "
+                f"joints, but is {self.hand_count!r:.60}"
+            )
+        check_range(self.names, self.lower, self.upper)
+        for name in ("speed", "acceleration", "jerk"):
+            if getattr(self, name) is not None:
+                check_rates(self.names, name, getattr(self, name))
 
 
 @dataclass(frozen=True)
@@ -112,7 +94,7 @@ class JointState:
                 "driver does not tell, leave it out"
             )
         for name in ("positions", "velocities"):
-            object.__setattr__(self, name, _row(f"JointState.{name}", getattr(self, name)))
+            object.__setattr__(self, name, row_of(f"JointState.{name}", getattr(self, name)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,6 +85,69 @@ STATES: dict[str, tuple[Callable[[JointState], Any], str]] = {
         "JointState.stopped must be True or False, but is 'no'",
     ),
 }
+FULL = np.full(10, 1.0)
+LIMITS: dict[str, tuple[dict[str, Any], str]] = {
+    "lower limits in degrees": (
+        {"lower": -177.0 * FULL},
+        r"Joints.lower of joint 's1' is -177 rad, and more than 12.5664 rad is not plausible; "
+        r"angles are in radians: if it is in degrees, write -3.08923; if it turns without an end",
+    ),
+    "upper limits in degrees": (
+        {"upper": 90.0 * FULL},
+        "Joints.upper of joint 's1' is 90 rad, .* if it is in degrees, write 1.5708",
+    ),
+    "speeds in degrees": (
+        {"speed": 57.0 * FULL},
+        "Joints.speed of joint 's1' is 57 rad/s, .* degrees per second, write 0.994838",
+    ),
+    "exchanged limits": (
+        {"lower": 3.0 * FULL, "upper": -3.0 * FULL},
+        "joint 's1' has the lower limit 3 and the upper limit -3; the lower one must be below",
+    ),
+    "unknown limits": (
+        {"lower": np.nan * FULL},
+        "joint 's1' has the lower limit nan and the upper",
+    ),
+    "an endless acceleration": (
+        {"acceleration": np.inf * FULL},
+        "Joints.acceleration of joint 's1' is inf; give the finite number of its data sheet",
+    ),
+    "an unknown acceleration": (
+        {"acceleration": np.nan * FULL},
+        "Joints.acceleration of joint 's1' must be a number above 0, but is nan",
+    ),
+    "no jerk at all": (
+        {"jerk": 0.0 * FULL},
+        "Joints.jerk of joint 's1' must be .* above 0, but is 0",
+    ),
+    "a negative speed": (
+        {"speed": -FULL},
+        "Joints.speed of joint 's1' must be 0 or more, but is -1",
+    ),
+    "more joints of the hand": (
+        {"hand_count": 11},
+        "Joints.hand_count must be a whole number from 1 to 10, the number of joints, but is 11",
+    ),
+}
+EYES: dict[str, tuple[dict[str, Any], str]] = {
+    "a pan that moves the hand": (
+        {"pan_right": 0},
+        "Arm.eyes.pan_right is 0, but must be the index of a camera's joint, 7 to 9: the first 7",
+    ),
+    "a pan that is no joint": (
+        {"pan_right": 20},
+        "Arm.eyes.pan_right is 20, but must be .* 7 to 9",
+    ),
+    "a tilt by its name": ({"tilt": "tilt"}, "Arm.eyes.tilt is 'tilt', but must be the index"),
+    "a pan that is the tilt": (
+        {"pan_left": 7},
+        "Arm.eyes uses a joint twice: tilt 7, pan_left 7, pan_right 9; give each its own index",
+    ),
+    "exchanged cameras": (
+        {"half_baseline": -0.06},
+        "half_baseline must be 0 m or more, but is -0.06",
+    ),
+}
 
 
 def pa10() -> SerialArm:
@@ -146,6 +209,34 @@ def test_a_goal_that_is_no_pose_is_refused_in_words(given: Any) -> None:
         controller.command(state, given)
     with pytest.raises(ServoError, match=r"world_from_goal must be a servoid\.pose\.Pose, but is"):
         controller.go_to(state, given, np.zeros(3))
+
+
+@pytest.mark.parametrize("case", LIMITS)
+def test_limits_of_joints_that_cannot_be_true_are_refused_in_words(case: str) -> None:
+    changed, words = LIMITS[case]
+    joints = pa10().joints
+    with pytest.raises(ServoError, match=words):
+        replace(joints, **changed)
+    replace(joints, lower=-np.inf * FULL, upper=np.inf * FULL)  # they turn without an end
+
+
+@pytest.mark.parametrize("case", EYES)
+def test_cameras_without_joints_of_their_own_are_refused_before_the_arm_moves(case: str) -> None:
+    changed, words = EYES[case]
+
+    class Own(SerialArm):
+        @property
+        def eyes(self) -> Any:
+            return replace(super().eyes, **changed)  # type: ignore[type-var]
+
+    with pytest.raises(ServoError, match=words):
+        Controller(Own(read_arm("pa10"), PERIOD_S))
+
+
+def test_a_control_period_in_milliseconds_is_refused() -> None:
+    words = r"Arm.period_s is 8 s, and more than 0.5 s .* if it is in milliseconds, write 0.008"
+    with pytest.raises(ServoError, match=words):
+        Controller(SerialArm(read_arm("pa10"), 8.0))
 
 
 class NarrowArm(SerialArm):

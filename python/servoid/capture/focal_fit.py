@@ -23,6 +23,7 @@ _BETTER = 1.1  # factor by which the distances of features to their lines must d
 # The same where features contradict a pair: 11 and more for wrong focal lengths, 1.7 to 2.2 for a
 # recorded camera that is turned by 2 degrees.
 _EXPLAINED = 4.0
+_AT_ONCE = 1 << 14  # features times factors: more take memory that is not in the caches
 _PARTS = 8  # of the matches, for leave-one-part-out; all parts must agree
 _SURE = 4.0  # standard deviations
 FIT_PX = 1.0  # at 1000 px of diagonal: features that fit are nearer to their lines than this
@@ -80,11 +81,13 @@ class FocalFit:
         if sum(len(pair.first_px) for pair in pairs) < _LEAST:
             return None
         lens = pairs[0].lenses[0]
-        share, off_px, best_px = _best(pairs)
+        tried = [_offs_px(pair, _TRIED) for pair in pairs]
+        share, best_px = _best(tried)
+        off_px = float(np.median(_offs_as_given_px(pairs)))
         # An object on a turntable before a static room fits no focal length.
         is_found = best_px < FIT_PX * unit_px(lens) and off_px > _BETTER * best_px
         wrong = abs(share - 1.0)
-        is_better = is_found and wrong > _CLOSE and wrong > _SURE * _deviation(pairs, share)
+        is_better = is_found and wrong > _CLOSE and wrong > _SURE * _deviation(tried, share)
         return cls(float(np.mean(lens.focal_px)), share, off_px, best_px, is_better)
 
     @property
@@ -104,55 +107,70 @@ class FocalFit:
         )
 
 
-def _deviation(pairs: Sequence[MatchedFeatures], share: float) -> float:
+def usual_off(pairs: Sequence[MatchedFeatures]) -> float:
+    """Return the median distance of features to their epipolar lines, at 1000 px of diagonal."""
+    return float(np.median(_offs_as_given_px(pairs))) / unit_px(pairs[0].lenses[0])
+
+
+def _deviation(tried: Sequence[Floats], share: float) -> float:
     """Return the standard deviation of the best share, by leaving out a part of the features."""
     others = np.array(
-        [_best([_without(pair, number) for pair in pairs])[0] for number in range(_PARTS)]
+        [_best([_without(offs, number) for offs in tried])[0] for number in range(_PARTS)]
     )
     return float(np.sqrt((_PARTS - 1) * np.mean(np.square(others - share))))
 
 
-def usual_off(pairs: Sequence[MatchedFeatures]) -> float:
-    """Return the median distance of features to their epipolar lines, at 1000 px of diagonal."""
-    offs = np.concatenate([_off_px(pair, 1.0) for pair in pairs])
-    return float(np.median(offs)) / unit_px(pairs[0].lenses[0])
+def _without(offs: Floats, number: int) -> Floats:
+    """Return the distances of a pair's features, (S, N), without those of one part of them."""
+    return offs[:, np.arange(offs.shape[1]) % _PARTS != number]
 
 
-def _best(pairs: Sequence[MatchedFeatures]) -> tuple[float, float, float]:
-    """Return the best factor of the focal length, and the median distances as given and with it."""
+def _best(tried: Sequence[Floats]) -> tuple[float, float]:
+    """Return the best factor of the focal length, and the median distance with it.
 
-    def off_px(share: float) -> float:
-        return float(np.median(np.concatenate([_off_px(pair, share) for pair in pairs])))
-
-    offs = [off_px(float(share)) for share in _TRIED]
-    least = int(np.argmin(offs))
-    return float(_TRIED[least]), off_px(1.0), offs[least]
-
-
-def _without(pair: MatchedFeatures, number: int) -> MatchedFeatures:
-    """Return a pair without one part of its features."""
-    return pair.part(np.arange(len(pair.first_px)) % _PARTS != number)
+    Each pair has the distances of its N features for all S factors that are tried, (S, N).
+    """
+    medians = np.median(np.concatenate(tried, axis=1), axis=1)
+    least = int(np.argmin(medians))
+    return float(_TRIED[least]), float(medians[least])
 
 
-def _off_px(pair: MatchedFeatures, share: float) -> Floats:
-    """Return the distances of features to their epipolar lines for a focal length factor."""
-    first, second = (
-        _flat(lens, pixels, share)
-        for lens, pixels in zip(pair.lenses, (pair.first_px, pair.second_px), strict=True)
-    )
+def _offs_as_given_px(pairs: Sequence[MatchedFeatures]) -> Floats:
+    """Return the distances of all features to their epipolar lines, (N,), for the given lenses."""
+    return np.concatenate([_offs_px(pair, np.ones(1))[0] for pair in pairs])
+
+
+def _offs_px(pair: MatchedFeatures, shares: Floats) -> Floats:
+    """Return the distances of features to their epipolar lines for focal length factors, (S, N)."""
     matrix = pair.second_from_first.matrix()
     x, y, z = matrix[:3, 3] / exact.norm(matrix[:3, 3])
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     essential = exact.product(cross, matrix[:3, :3])
+    count = max(_AT_ONCE // max(len(pair.first_px), 1), 1)
+    return np.concatenate(
+        [
+            _offs_from_lines_px(pair, essential, shares[start : start + count])
+            for start in range(0, len(shares), count)
+        ]
+    )
+
+
+def _offs_from_lines_px(pair: MatchedFeatures, essential: Floats, shares: Floats) -> Floats:
+    """Return the distances for an essential matrix that takes the first rays to their lines."""
+    first, second = (
+        _flat(lens, pixels, shares)
+        for lens, pixels in zip(pair.lenses, (pair.first_px, pair.second_px), strict=True)
+    )
     there, back = exact.product(first, essential.T), exact.product(second, essential)
     slope = exact.hypot(exact.lengths(there[:, :2]), exact.lengths(back[:, :2]))
-    off = np.abs((second * there).sum(axis=1)) / np.maximum(slope, 1e-12)
+    offs = np.abs((second * there).sum(axis=1)) / np.maximum(slope, 1e-12)
+    offs = offs.reshape(len(shares), -1) * shares[:, None] * pair.lenses[0].focal_px[0]
     # Where a shorter focal length puts a feature, a lens with strong distortion may see nothing.
-    return np.where(np.isfinite(off), off * share * pair.lenses[0].focal_px[0], np.inf)
+    return np.where(np.isfinite(offs), offs, np.inf)
 
 
-def _flat(lens: Lens, pixels: Floats, share: float) -> Floats:
-    """Return rays, (N, 3) with z = 1, for a lens whose focal length is multiplied by a factor."""
+def _flat(lens: Lens, pixels: Floats, shares: Floats) -> Floats:
+    """Return rays, (S * N, 3) with z = 1, for a lens, its focal length multiplied by factors."""
     center = np.array(lens.center_px)
-    rays = lens.rays((pixels - center) / share + center)
+    rays = lens.rays(((pixels - center) / shares[:, None, None] + center).reshape(-1, 2))
     return rays / rays[:, 2:]

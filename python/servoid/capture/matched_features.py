@@ -1,7 +1,7 @@
 """Matches features of two images whose lenses and relative pose are known."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from hashlib import sha256
 
 import numpy as np
@@ -19,6 +19,8 @@ LONG_PX = 640
 _FEATURES = 1000
 _ALIKE = 0.8  # largest ratio of the best match's distance to the second best's
 _LEAST_OF_PAIR = 20
+# Images whose features are kept, below 1 MB each: several checks of a command compare the same.
+_KEPT = 48
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,17 +88,24 @@ class PosedPicture:
     @cached_property
     def features(self) -> tuple[Floats, NDArray[np.float32]] | None:
         """Return feature positions, (N, 2) px, and descriptors; None if there are too few."""
-        import cv2
-
         shrunk = self.grey(self.long_px)
         if shrunk is None:
             return None
         grey, by = shrunk
-        points, looks = cv2.SIFT.create(_FEATURES).detectAndCompute(grey, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
-        if looks is None or len(points) < _LEAST_OF_PAIR:
-            return None
-        places = np.array([point.pt for point in points], np.float64)
-        return (places + 0.5) * by - 0.5, np.asarray(looks, np.float32)
+        found = _features_of(grey.tobytes(), grey.shape)
+        return None if found is None else ((found[0] + 0.5) * by - 0.5, found[1])
+
+
+@lru_cache(maxsize=_KEPT)
+def _features_of(grey: bytes, shape: tuple[int, ...]) -> tuple[Floats, NDArray[np.float32]] | None:
+    """Return what `features` says of the pixels of a grey image, (H, W)."""
+    import cv2
+
+    pixels = np.frombuffer(grey, np.uint8).reshape(shape)
+    points, looks = cv2.SIFT.create(_FEATURES).detectAndCompute(pixels, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
+    if looks is None or len(points) < _LEAST_OF_PAIR:
+        return None
+    return np.array([point.pt for point in points], np.float64), np.asarray(looks, np.float32)
 
 
 def unit_px(lens: Lens) -> float:

@@ -124,16 +124,34 @@ def alike_features(first: PosedPicture, second: PosedPicture) -> tuple[Floats, F
 
     Each is in the second image at most once.
     """
-    import cv2
-
     if first.features is None or second.features is None:
         return None
-    near = cv2.BFMatcher().knnMatch(first.features[1], second.features[1], k=2)
-    kept = {one.trainIdx: one for one, two in near if one.distance < _ALIKE * two.distance}
-    rows = np.array([(one.queryIdx, one.trainIdx) for one in kept.values()]).reshape(-1, 2)
-    if len(rows) < _LEAST_OF_PAIR:
+    (one_px, one), (other_px, other) = first.features, second.features
+    nearest, least, next_least = _nearest(one, other)
+    alike = np.flatnonzero(least < _ALIKE * next_least).tolist()
+    kept = {int(nearest[row]): row for row in alike}
+    if len(kept) < _LEAST_OF_PAIR:
         return None
-    return first.features[0][rows[:, 0]], second.features[0][rows[:, 1]]
+    return one_px[list(kept.values())], other_px[list(kept)]
+
+
+def _nearest(
+    one: NDArray[np.float32], other: NDArray[np.float32]
+) -> tuple[NDArray[np.int64], Floats, Floats]:
+    """Return for each descriptor, (N, 128), the nearest other, and the two least distances, (N,).
+
+    Descriptors are whole numbers below 256, with a norm of about 512. So are their products, which
+    float32 holds exactly, in whichever order they are added.
+    """
+    import cv2
+
+    squares = cv2.gemm(one, other, -2.0, None, 0.0, flags=cv2.GEMM_2_T)  # pyright: ignore[reportCallIssue, reportArgumentType]
+    squares += (one * one).sum(axis=1)[:, None] + (other * other).sum(axis=1)
+    rows, nearest = np.arange(len(one)), squares.argmin(axis=1)
+    least = squares[rows, nearest]
+    squares[rows, nearest] = np.inf
+    next_least = squares.min(axis=1)
+    return nearest, np.sqrt(least).astype(np.float64), np.sqrt(next_least).astype(np.float64)
 
 
 def match_features(

@@ -51,17 +51,19 @@ def overlap_of_fit(views: Sequence[View], settings: ModelSettings) -> float:
     return float(_overlaps(views, views, settings).mean())
 
 
-def overlap_left_out(views: Sequence[View], settings: ModelSettings) -> float:
+def overlap_left_out(views: Sequence[View], settings: ModelSettings, least: float = 0.0) -> float:
     """Return the mean overlap of views with a body of those from other directions.
 
     It is 0 where these make none. A view that looks from the same direction would confirm a body
-    that fits both.
+    that fits both. Once it is clear that the mean is below `least`, it is 0 as well.
     """
-    overlaps = []
+    overlaps = np.ones(len(views))
     for group in directions(views):
         others = [view for index, view in enumerate(views) if index not in group]
-        overlaps.append(_overlaps(others, [views[index] for index in group], settings))
-    return float(np.concatenate(overlaps).mean())
+        overlaps[group] = _overlaps(others, [views[index] for index in group], settings)
+        if float(overlaps.mean()) < least:
+            return 0.0
+    return float(overlaps.mean())
 
 
 def _overlaps(

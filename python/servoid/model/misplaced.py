@@ -223,7 +223,10 @@ class _Tries:
         return self._overlap(self.native)
 
     def at(self, world_from_lens: Callable[[CaptureView], Pose | None]) -> float:
-        """Return the mean overlap at other poses of the lenses, of which some may be unknown."""
+        """Return the mean overlap at other poses of the lenses, of which some may be unknown.
+
+        Of few views, what confirms none of them is 0.
+        """
         posed = [
             _posed(view, of, world_from_lens(of))
             for view, of in zip(self.native, self.used, strict=True)
@@ -231,7 +234,7 @@ class _Tries:
         views = [view for view in posed if view is not None]
         least = LEAST_DIRECTIONS if self.are_few else _LEAST_VIEWS
         self.report("comparing other orders of the poses")
-        return self._overlap(views) if len(views) >= least else 0.0
+        return self._overlap(views, CONFIRMED) if len(views) >= least else 0.0
 
     def exchanged(self, pair: tuple[int, int], before: float) -> tuple[float, str]:
         """Return the mean overlap if two views change places, and what to report of it."""
@@ -241,7 +244,7 @@ class _Tries:
         views = list(self.native)
         views[pair[0]], views[pair[1]] = changed
         self.report("comparing exchanged views")
-        after = self._overlap(views)
+        after = self._overlap(views, CONFIRMED)
         one, other = (self.used[index].name for index in pair)
         return after, (
             f"{one} and {other} look exchanged: each with the other's pose, "
@@ -255,8 +258,10 @@ class _Tries:
             what = "a body of all others overlaps the mask of each view"
         return f"{what} by {after:.2f} on average (intersection over union) instead of {before:.2f}"
 
-    def _overlap(self, views: Sequence[View]) -> float:
-        return (overlap_left_out if self.are_few else overlap_of_fit)(views, self.settings)
+    def _overlap(self, views: Sequence[View], least: float = 0.0) -> float:
+        if self.are_few:
+            return overlap_left_out(views, self.settings, least)
+        return overlap_of_fit(views, self.settings)
 
 
 def _order_note(fitted: Fitted, everywhere: Sequence[CaptureView], report: _Report) -> str | None:

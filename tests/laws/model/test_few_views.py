@@ -50,7 +50,7 @@ def posed(views: Sequence[View], fault: str) -> list[View]:
 
 def body_of(views: Sequence[View]) -> ModelResult | None:
     try:
-        return fit(views, max_ellipsoids=6, delta=0.0, seed=0)
+        return fit(views, max_ellipsoids=4, delta=0.0, seed=0)
     except ModelError:
         return None  # such cameras see no common point
 

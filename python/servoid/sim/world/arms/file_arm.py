@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from servoid.config import ARM_FILE, REACH_M, implausible, read_bytes
+from servoid.config import ARM_FILE, REACH_M, TURN, implausible, read_bytes
 from servoid.errors import SimError
 from servoid.pose import exact
 from servoid.sim.arm_file import EyeLimits
@@ -24,7 +24,6 @@ _MJCF, _URDF = "mujoco", "robot"  # root elements of such files
 _SUFFIXES = (".xml", ".mjcf", ".urdf")
 _XACRO = "{http://www.ros.org/wiki/xacro}"
 _ENDLESS = 2.0 * math.pi  # range of a joint without limits to each side
-_MOST_TURN = 4.0 * math.pi  # farthest limit of a joint, in rad; farther ones are in degrees
 _REACH = 0.1  # size of the post that carries the head, in m
 
 
@@ -254,7 +253,7 @@ def _check_urdf(name: str, urdf: Urdf, model: Any, joints: list[Any]) -> None:
                 'type="continuous" if it turns without an end, or type="fixed" if it is locked'
             )
         farthest = max((float(limit) for limit in known.range), key=abs)
-        if joint.name not in urdf.endless and abs(farthest) > _MOST_TURN:
+        if joint.name not in urdf.endless and abs(farthest) > TURN:
             raise SimError(
                 f"{name}: joint '{joint.name}' has a limit of {digits(farthest)}, but limits of a "
                 f"URDF are in radians (degrees were probably meant: {digits(farthest)} degrees are "

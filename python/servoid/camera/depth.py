@@ -49,8 +49,8 @@ def to_metres(values: NDArray[np.generic], scale_m: float, by: int = 1) -> NDArr
     with np.errstate(over="ignore", invalid="ignore"):
         depth = (values.astype(np.float64) * scale_m).astype(np.float32)
     measured = np.isfinite(depth) & (depth > 0.0)
-    if np.issubdtype(values.dtype, np.integer):
-        measured &= values != np.iinfo(values.dtype).max
+    if values.dtype.kind in "iu":
+        measured &= values != np.iinfo(str(values.dtype)).max
     depth[~measured] = np.nan
     return depth
 

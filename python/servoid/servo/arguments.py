@@ -117,6 +117,20 @@ def check_jacobian(jacobian: Floats, joints: Joints) -> None:
         raise ServoError(f"Arm.jacobian must return an array {needed}, but its shape is {shape}")
 
 
+def check_returned(what: str, given: object) -> None:
+    """Check that a method of an arm has returned a pose.
+
+    Raises:
+        ServoError: it has returned something else.
+
+    """
+    if not isinstance(given, Pose):
+        raise ServoError(
+            f"{what} must return a servoid.pose.Pose, but returned {_kind(given)}; "
+            "make one of a matrix (4, 4) by Pose(matrix)"
+        )
+
+
 def check_pose(what: str, given: object) -> None:
     """Check that a goal is a pose.
 

@@ -12,14 +12,14 @@ from servoid.pose import Floats, Pose, exact
 from servoid.servo.arguments import (
     check_arm,
     check_estimate,
-    check_jacobian,
     check_pose,
     check_state,
 )
-from servoid.servo.arm import Arm, JointState, Shaped
+from servoid.servo.arm import Arm, JointState
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
+from servoid.servo.checked_arm import CheckedArm
 from servoid.servo.keeping.arm_watch import ArmWatch
-from servoid.servo.keeping.bounds import Bounds, Rows, Window
+from servoid.servo.keeping.bounds import Rows, Window
 from servoid.servo.keeping.confirming import Confirming
 from servoid.servo.keeping.limiter import Limiter
 from servoid.servo.keeping.limits import JointLimits
@@ -115,7 +115,7 @@ class Controller:
 
         """
         check_arm(arm, settings)
-        self._arm = arm
+        self._arm = arm = CheckedArm(arm)
         self._settings = settings = settings or ServoSettings()
         self._target = TargetFilter(settings.target)
         self._supervisor = SafetySupervisor(settings.safety, self._target)
@@ -129,7 +129,6 @@ class Controller:
         self._reaching = Reaching(arm, settings.joints)
         self._law = _LAWS[settings.joints.law](arm, settings.joints)
         self._gaze = None if arm.eyes is None else GazeControl(arm.eyes, settings.gaze)
-        self._solid = arm.solid if isinstance(arm, Shaped) else None
         self._hand = slice(0, arm.joints.hand_count)
         self._previous: _LastCommand | None = None
         self._goal: tuple[float, Pose] | None = None
@@ -225,10 +224,15 @@ class Controller:
         world_from_object = Moving.from_twist(target.world_from_object, target.twist)
         hand_from_goal = goal_error(world_from_hand, world_from_object, goal_from_object)
         world_from_goal = world_from_hand @ hand_from_goal
+        walls = self._walls(now, target)
+        if walls is None:
+            return self._hold(now, target, frozenset({Reason.BAD_STATE}))
         wanted = self._hand_twist(now, hand_from_goal, world_from_goal, speed_scale)
         allowed = self._workspace.allowed(world_from_goal.pose, target.place)
         setpoint = self._law.setpoint(now.state, now.jacobian, HandSetpoint(wanted, allowed))
-        limited = self._limiter.nearest(setpoint, self._bounds(now, target, speed_scale))
+        window = now.window.part(self._hand)
+        bounds = self._limiter.bounds(now.jacobian, now.last, window, walls, speed_scale)
+        limited = self._limiter.nearest(setpoint, bounds)
         stuck = self._reaching.reasons(now.state, now.jacobian, wanted, allowed)
         off = exact.norm(np.array(hand_from_goal.pose.translation))
         untrue = self._supervisor.limiting(target, world_from_goal.pose, off)
@@ -250,18 +254,15 @@ class Controller:
             twist = twist + world_from_goal.twist
         return twist_within(twist, *self._limiter.speeds(speed_scale))
 
-    def _bounds(self, now: _Now, target: Prediction, speed_scale: float) -> Bounds:
-        """Return all bounds on the hand's joints for a target."""
+    def _walls(self, now: _Now, target: Prediction) -> Rows | None:
+        """Return the bounds of room, object and the arm's own parts; None if they are unknown."""
         room = self._workspace.velocity_limits(
             now.place, now.last[:3], target.place, target.twist[:3]
         )
-        walls, window = walls_of(room, now.jacobian), now.window.part(self._hand)
-        if self._solid is not None:
-            places = now.state.positions
-            walls = walls.and_also(
-                self._workspace.apart(self._solid, places, now.previous, self._hand)
-            )
-        return self._limiter.bounds(now.jacobian, now.last, window, walls, speed_scale)
+        apart = self._workspace.apart(
+            self._arm.solid, now.state.positions, now.previous, self._hand
+        )
+        return None if apart is None else walls_of(room, now.jacobian).and_also(apart)
 
     def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
         """Brake the hand along its path; the cameras stay on the predicted target."""
@@ -352,8 +353,9 @@ class Controller:
         previous = self._limits.clipped(velocities) if command is None else command.velocities
         # The command takes effect where the joints will be after their lag.
         ahead_s = self._settings.hand.lead_s + 0.5 * self._arm.period_s
-        jacobian = self._jacobian(state.positions + ahead_s * previous)
-        twist = exact.product(self._jacobian(state.positions), velocities[self._hand])
+        jacobian = self._arm.jacobian(state.positions + ahead_s * previous)[:, self._hand]
+        present = self._arm.jacobian(state.positions)[:, self._hand]
+        twist = exact.product(present, velocities[self._hand])
         # A hand that moves farther by a radian is that of an arm in millimetres.
         finite = exact.is_finite(jacobian) and exact.is_finite(twist)
         if not (finite and np.abs(jacobian[:3]).max() <= REACH_M):
@@ -371,12 +373,6 @@ class Controller:
             last,
             self._limits.window(state, previous, acceleration, braking),
         )
-
-    def _jacobian(self, positions: Floats) -> Floats:
-        """Return the Jacobian (6, n) of the hand by the joints that move it."""
-        jacobian = self._arm.jacobian(positions)
-        check_jacobian(jacobian, self._arm.joints)
-        return np.asarray(jacobian, np.float64)[:, self._hand]
 
     def _moving_goal(self, time_s: float, goal_from_object: Pose) -> Moving:
         """Return the goal with its own motion, from the difference to the previous period."""

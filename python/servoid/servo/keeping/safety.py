@@ -26,7 +26,7 @@ class Reason(Enum):
     NOT_FINITE = "the estimate or the goal holds numbers that are not finite, or not plausible in m"
     TELEPORT = "the target jumped farther than it can move"
     RETURNING = "the target is back; waiting for more images that confirm it"
-    BAD_STATE = "the arm's joint state or Jacobian is not finite, or its numbers cannot be true"
+    BAD_STATE = "the arm's joint state, Jacobian or distances are not finite, or cannot be true"
     STALE = "the time stamp of the arm's joint state has not advanced for too long"
     DISOBEYED = "the arm's joints did not move as commanded; Controller.resume lets them move again"
     PROTECTIVE_STOP = "the arm's own driver has stopped it and waits for a reset"

@@ -37,15 +37,22 @@ class WorkspaceLimits:
         place = self._room.allowed(world_from_goal.translation, object_in_world)
         return Pose.from_parts(place, world_from_goal.quaternion)
 
-    def apart(self, solid: Solid, positions: Floats, previous: Floats, hand: slice) -> Rows:
+    def apart(
+        self, solid: Solid | None, positions: Floats, previous: Floats, hand: slice
+    ) -> Rows | None:
         """Return bounds that keep parts of an arm and its room apart, at joint positions (N,).
 
         `previous` (N,) are the last commanded joint speeds, and `hand` the joints of the hand.
+        None if distances or their slopes are not finite: then nothing is known of what is near.
         """
         settings = self._settings
+        if solid is None:
+            return Rows.none(len(previous[hand]))
         found = solid.clearances(positions, settings.least_clearance + _WATCHED)
         if not len(found.distances):
             return Rows.none(len(previous[hand]))
+        if not (exact.is_finite(found.distances) and exact.is_finite(found.slopes)):
+            return None
         room = found.distances - settings.least_clearance
         speeds = np.copysign(
             stoppable_speed(np.abs(room), settings.braking, self._reaction_s), room

@@ -11,6 +11,7 @@ from servoid.track import unobservable_axes
 
 _PASSES = 20  # passes, as rotations about different axes do not commute
 _ENOUGH = 1e-6  # rad: a pass that rotates less is the last
+_MOSTLY_SHIFT = 0.7  # share of translation in a motion from which on it counts as one
 
 
 class UnsureEstimate(Protocol):
@@ -67,3 +68,9 @@ class UnobservableTurns:
             if np.abs(back).max() < _ENOUGH:
                 break
         return seen
+
+
+def unobservable_shifts(unobservable: Floats) -> int:
+    """Return how many of the motions (n, 6) that images do not observe mostly translate."""
+    shifts = exact.lengths(unobservable[:, :3])
+    return int(np.count_nonzero(shifts > _MOSTLY_SHIFT * exact.lengths(unobservable)))

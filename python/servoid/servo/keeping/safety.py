@@ -8,6 +8,7 @@ from servoid.config import WORLD_M
 from servoid.pose import Pose, exact
 from servoid.servo.belief.jumps import GateResult
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
+from servoid.servo.belief.unobservable_turns import unobservable_shifts
 from servoid.servo.belief.watchdog import Drifting, Parting, Straying, Watchdog
 from servoid.servo.settings import SafetySettings
 from servoid.source import Instant
@@ -64,6 +65,7 @@ DOUBTING = frozenset({Reason.ROUGH, Reason.PARTED, Reason.UNSEEN})
 # Reasons that hold the hand although the position of the target is known.
 LOCATED = frozenset({Reason.PROTECTIVE_STOP, Reason.ADRIFT, Reason.STRAYED})
 _TOLERATED_JUMPS = 1
+_ROUGH_SHIFTS = 1  # unobservable translations of a position: the distance of a small plain ball
 
 
 def is_within_reason(pose: Pose, most_m: float = WORLD_M) -> bool:
@@ -199,8 +201,11 @@ class SafetySupervisor:
         if not estimate.located:
             return Reason.LOST if estimate.status == "lost" else Reason.SEARCHING
         # If the rotation is unobservable, only the position is followed: `located` suffices.
-        unsure = estimate.confidence < self._settings.least_confidence
-        return Reason.UNSURE if unsure and estimate.status == "tracking" else None
+        is_tracking = estimate.status == "tracking"
+        trusted = estimate.confidence if is_tracking else 1.0
+        if unobservable_shifts(estimate.unobservable) > (0 if is_tracking else _ROUGH_SHIFTS):
+            trusted = 0.0
+        return Reason.UNSURE if trusted < self._settings.least_confidence else None
 
     def _distrust(self, fault: Reason) -> None:
         self._fault, self._in_a_row = fault, 0

@@ -15,6 +15,8 @@ from servoid.sim import write_sample
 from servoid.track import Request, Subject, TrackResult, starting, track_capture, unobservable_axes
 from servoid.track.doubts import Recognition, body_doubts, is_contradicted
 
+FIRST = Request(seed=0, observations=slice(12))
+
 
 def words_of(folder: Path, alone: Alone, *options: object) -> str:
     """Return what a track of the first two images prints, in one line."""
@@ -38,8 +40,8 @@ def without_its_look(folder: Path, alone: Alone, stretch: float = 1.0) -> Path:
 
 
 def test_the_summary_says_how_well_a_body_fits_its_mask(alone: Alone, tmp_path: Path) -> None:
-    for options in ((), ("--body", without_its_look(tmp_path, alone))):
-        words = words_of(tmp_path, alone, *options)
+    given = words_of(tmp_path, alone, "--body", without_its_look(tmp_path, alone))
+    for words in (" ".join(alone.output.split()), given):
         assert 0.85 < float(words.split("silhouette IoU ")[1][:4]) <= 1.0
         assert "overlaps the mask by" not in words
 
@@ -68,17 +70,17 @@ def test_a_body_beside_its_mask_is_doubted(alone: Alone, tmp_path: Path) -> None
 def test_an_object_that_neither_looks_nor_fits_like_the_body_is_refused(
     alone: Alone, tmp_path: Path
 ) -> None:
-    write_sample(tmp_path / "bird")
-    options = ("--max-ellipsoids", 6, "--observations", "::2", "--out", "bird.json")
+    write_sample(tmp_path / "bird", views=8, size_px=(320, 240))
+    options = ("--max-ellipsoids", 6, "--out", "bird.json")
     run_servoid(tmp_path, "model", "bird", *options)
     file = load_body(tmp_path / "bird.json")
     bird = Subject(body=file.body(), appearance=file.look(), fitness=file.fitness)
     with pytest.raises(TrackError, match=r"is not the one in the body's file.* 0\.[67]\d only"):
-        track_capture(alone.recording.capture, [bird], Request(seed=0))
+        track_capture(alone.recording.capture, [bird], FIRST)
 
 
 def test_a_coarse_body_of_the_object_itself_is_not_refused(alone: Alone, tmp_path: Path) -> None:
-    options = ("--max-ellipsoids", 1, "--out", "coarse.json")
+    options = ("--max-ellipsoids", 1, "--observations", ":2", "--out", "coarse.json")
     run_servoid(tmp_path, "model", alone.recording.folder, *options)
     words = words_of(tmp_path, alone, "--body", "coarse.json")
     assert float(words.split("silhouette IoU ")[1][:4]) < 0.85
@@ -96,7 +98,7 @@ def followed(alone: Alone, move: list[float], *, knows_look: bool) -> TrackResul
         fitness=file.fitness,
         appearance=file.look() if knows_look else None,
     )
-    return track_capture(alone.recording.capture, [subject], Request(seed=0))[0]
+    return track_capture(alone.recording.capture, [subject], FIRST)[0]
 
 
 @pytest.mark.parametrize("aside_m", [0.0, 0.04, 0.15])
@@ -159,7 +161,7 @@ def test_a_look_that_is_not_recognised_where_a_mask_alone_was_given_confirms_no_
     subject = Subject(body=file.body(), appearance=file.look(), fitness=file.fitness)
     for recognition in (replace(unlike, is_unlike=False), unlike):
         monkeypatch.setattr(starting, "recognised", lambda *_, said=recognition: said)
-        result = track_capture(alone.recording.capture, [subject], Request(seed=0))[0]
+        result = track_capture(alone.recording.capture, [subject], FIRST)[0]
         statuses = {one.estimate.status for one in result.tracked}
         assert statuses == {"searching" if recognition.is_unlike else "tracking"}
 
@@ -194,7 +196,7 @@ def test_what_is_recognised_gives_the_pose_where_a_mask_alone_was_given(alone: A
     subject = Subject(body=body, appearance=file.look(), fitness=file.fitness)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(starting, "poses_from_masks", lambda *_: views[0])
-        [result] = track_capture(capture, [subject], Request(seed=0))
+        [result] = track_capture(capture, [subject], FIRST)
     off = (
         alone.points[0].world_from_object.inverse() @ result.estimates[0].world_from_object
     ).log()
@@ -211,9 +213,8 @@ def test_a_mask_elsewhere_does_not_outweigh_what_is_recognised(alone: Alone) -> 
         fitness=file.fitness,
         targets=(parse_target("box:0,0,40,40"),),
     )
-    [result] = track_capture(
-        alone.recording.capture, [subject], Request(seed=0, trust_targets=True)
-    )
+    trusting = replace(FIRST, trust_targets=True)
+    [result] = track_capture(alone.recording.capture, [subject], trusting)
     assert any("is not where the mask of the first" in doubt for doubt in result.doubts)
     assert result.tracked_share == 1.0
 

@@ -1,27 +1,26 @@
 """A camera that is moved during a recording contradicts the calibration at its end."""
 
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from fake_tracker import plain_body
 from numpy.typing import NDArray
+from recordings import Recording
 
-from servoid.capture import Capture, PosedImage, capture_of, doubt_calibration, open_capture
+from servoid.capture import Capture, PosedImage, capture_of, doubt_calibration
 from servoid.pose import Pose
-from servoid.sim import Scenario, write_moving_sample
-from servoid.track import track_capture
+from servoid.track import Request, Subject, track_capture
 
 COUNT = 12
 Image = NDArray[np.uint8]
 
 
 @pytest.fixture(scope="module")
-def still(tmp_path_factory: pytest.TempPathFactory) -> Capture:
-    folder = tmp_path_factory.mktemp("still") / "pair"
-    write_moving_sample(folder, Scenario(count=COUNT, size="small"))
-    return open_capture(folder)
+def still(recording: Callable[[str], Recording]) -> Capture:
+    return recording("colour").capture
 
 
 def turned(image: Image, degrees: float, focal_px: float) -> Image:
@@ -67,18 +66,23 @@ def test_a_camera_that_turns_slowly_is_told(degrees: float, still: Capture) -> N
 
 
 def test_a_track_in_python_is_compared_with_calibration_and_rig_too(still: Capture) -> None:
-    [right] = track_capture(still)
+    [right] = track_capture(still, request=Request(observations=slice(COUNT)))
     assert (right.calibration_doubt, right.rig_doubt) == (None, None)
     assert right.verdict == "good"
-    [wrong] = track_capture(loosened(still, 2.5))
+    known = Subject(body=right.body, start=right.estimates[0].world_from_object)
+    [wrong] = track_capture(loosened(still, 2.5), [known])
     assert wrong.calibration_doubt is not None and wrong.verdict != "good"
     assert "the calibration is in doubt" in wrong.reasons
 
 
-def test_a_track_in_python_of_a_rig_with_inverted_poses_is_not_good(tmp_path: Path) -> None:
-    write_moving_sample(tmp_path / "hand", Scenario(count=25, size="small", hand=True))
-    capture = open_capture(tmp_path / "hand")
+def test_a_track_in_python_of_a_rig_with_inverted_poses_is_not_good(
+    recording: Callable[[str], Recording],
+) -> None:
+    capture = recording("long hand").capture
     poses = tuple(pose.inverse() for pose in capture.world_from_rig)
-    [wrong] = track_capture(replace(capture, world_from_rig=poses))
+    start = poses[0] @ Pose.from_parts((0.0, 0.0, 0.5), (1.0, 0.0, 0.0, 0.0))
+    known = Subject(body=plain_body(start), start=start)
+    [wrong] = track_capture(replace(capture, world_from_rig=poses), [known])
     assert wrong.rig_doubt is not None and "invert them" in wrong.rig_doubt
+    assert "the poses of the rig are in doubt" in wrong.reasons
     assert wrong.verdict != "good"

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recordings import run_servoid
+from recordings import Recording, run_servoid
 
 from servoid.capture import Capture, doubt_rig_poses, examine_rig_poses, open_capture
 from servoid.capture.moving_rig import _Seen
 from servoid.pose import Pose
 from servoid.record import read_trajectory
-from servoid.sim import Scenario, write_moving_sample
 
 DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
 CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
@@ -54,11 +53,9 @@ FAULTS: dict[str, tuple[Callable[[Sequence[Pose]], list[Pose]], str]] = {
 
 
 @pytest.fixture(scope="module")
-def moving(tmp_path_factory: pytest.TempPathFactory) -> Capture:
+def moving(recording: Callable[[str], Recording]) -> Capture:
     """Return what a hand's cameras recorded while the hand moved around an object at rest."""
-    folder = tmp_path_factory.mktemp("moving") / "hand"
-    write_moving_sample(folder, Scenario(count=COUNT, size="small", hand=True))
-    return open_capture(folder)
+    return recording("long hand").capture
 
 
 def with_fault(capture: Capture, fault: str) -> Capture:

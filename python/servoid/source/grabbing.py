@@ -4,11 +4,13 @@ import statistics
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
 from threading import Event, Lock, Thread
 from typing import Any, Protocol, runtime_checkable
 
 from servoid.source.delivery import Delivery, EndedError, LostDeviceError
 from servoid.source.device_clock import DeviceClock
+from servoid.source.host_clock import HostClock, HostTime
 
 _KEPT = 4  # images, from which the nearest in time to the other cameras' is chosen
 _RETRY_S = 0.02
@@ -104,7 +106,7 @@ class Grabber:
         self,
         name: str,
         device: Video,
-        clock: Callable[[], float],
+        clock: HostClock | Callable[[], float],
         reopen: Callable[[], Video] | None = None,
         *,
         tries: int = TRIES,
@@ -115,24 +117,33 @@ class Grabber:
         A slow camera may be silent for longer, so that one lost image is not a silence.
         """
         self._device: Video | None = device
-        self._clock, self._reopen, self._tries = clock, reopen, tries
+        self._clock = clock if isinstance(clock, HostClock) else HostClock(clock)
+        self._reopen, self._tries = reopen, tries
         self._silent_s = silent_s
         self._shots: deque[Shot] = deque(maxlen=_KEPT)
         self._steps_s: deque[float] = deque(maxlen=_STEPS)
         self._notices: deque[str] = deque(maxlen=_MOST_PENDING)
-        self._stamps = DeviceClock()
+        self._begun = self._clock.now()  # since when its clock has not gone back
+        self._stamps, self._stamped = DeviceClock(), self._begun.jumps
         self._fault: str | None = None
         self._lost = ""
         self._count, self._has_ended = 0, False
         self._lock, self._over = Lock(), Event()
-        self._last_s = clock()
+        self._last_s = self._begun.time_s
         self._thread = Thread(target=self._run, name=f"camera {name}", daemon=True)
         self._thread.start()
 
-    def shots(self) -> tuple[Shot, ...]:
-        """Return the last images, oldest first."""
+    def shots(self, now: HostTime) -> tuple[Shot, ...]:
+        """Return the last images since the clock last went back, oldest first."""
         with self._lock:
-            return tuple(self._shots)
+            self._heed(now)
+            return tuple(self._shots) if now.jumps == self._begun.jumps else ()
+
+    def _heed(self, now: HostTime) -> None:
+        """Drop images of before the clock went back."""
+        if now.jumps > self._begun.jumps:
+            self._begun, self._last_s = now, now.time_s
+            self._shots.clear()
 
     @property
     def usual_s(self) -> float:
@@ -164,11 +175,12 @@ class Grabber:
             self._notices.clear()
         return notices
 
-    def silence(self, now_s: float) -> tuple[float, str]:
+    def silence(self, now: HostTime) -> tuple[float, str]:
         """Return for how many seconds no image has arrived, and the known reason."""
         with self._lock:
+            self._heed(now)
             fault = "" if self._fault is None else f": {self._fault}"
-            return now_s - self._last_s, fault
+            return now.time_s - self._last_s, fault
 
     def close(self) -> None:
         """Stop the thread, which closes the device.
@@ -238,7 +250,9 @@ class Grabber:
             if not device.grab():
                 is_waiting = isinstance(device, Triggered) and device.may_be_silent
                 return _AWAITS if is_waiting else "the camera delivers none", False
-            arrived_s = self._clock()
+            arrived = self._clock.now()
+            if not isfinite(arrived.time_s):
+                return f"the clock of Live returned {arrived.time_s}", False
             found, data = device.retrieve()
         except EndedError as error:
             self._set_fault(_text(error))
@@ -250,11 +264,14 @@ class Grabber:
             return _text(error), False
         if not found:
             return "the image cannot be decoded", False
-        self._keep(data if isinstance(data, Delivery) else Delivery((data,)), arrived_s)
+        self._keep(data if isinstance(data, Delivery) else Delivery((data,)), arrived)
         return None, False
 
-    def _keep(self, delivery: Delivery, arrived_s: float) -> None:
-        time_s, fault = arrived_s, None
+    def _keep(self, delivery: Delivery, arrived: HostTime) -> None:
+        arrived_s = time_s = arrived.time_s
+        fault = None
+        if arrived.jumps != self._stamped:
+            self._stamps, self._stamped = DeviceClock(), arrived.jumps
         if delivery.stamp_s is not None:
             time_s, fault = self._stamps.time_s(delivery.stamp_s, arrived_s)
         with self._lock:
@@ -263,7 +280,8 @@ class Grabber:
             self._notices.extend(delivery.notices)
             if fault is not None:
                 self._notices.append(fault)
-            if not delivery.images:
+            self._heed(arrived)
+            if not delivery.images or arrived.jumps < self._begun.jumps:
                 return
             self._report_gap(time_s, arrived_s, delivery.missing is not None)
             self._count += 1

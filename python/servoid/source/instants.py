@@ -72,9 +72,12 @@ def tidy_image(image: NDArray[Any]) -> tuple[NDArray[np.uint8] | None, str | Non
     `image` is (H, W) or (H, W, C): uint8 unchanged, uint16 by its upper byte, with a notice where
     that leaves it nearly black, bool as black and white, floats from 0 to 1, or from 0 to 255 if
     any is above 1. Unknown pixels, NaN or infinite,
-    become black; if there are more of them than others, the result is None. A channel axis of
-    length one is removed, and of four channels the last, alpha, is dropped.
+    become black; if there are more of them than others, the result is None, as of an image with
+    masked pixels. A channel axis of length one is removed, and of four channels the last, alpha,
+    is dropped.
     """
+    if np.ma.is_masked(image):
+        return None, "the image has masked pixels; say what these are, such as image.filled(0)"
     pixels = np.asarray(image)
     if pixels.ndim == 3 and pixels.shape[2] in (1, 4):
         pixels = pixels[..., 0] if pixels.shape[2] == 1 else pixels[..., :3]

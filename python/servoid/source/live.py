@@ -1,7 +1,7 @@
 """Live cameras as a source: a thread per device fetches images, and the newest are paired."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -18,10 +18,11 @@ from servoid.errors import CaptureError
 from servoid.source.controls import Controls
 from servoid.source.device import Device, is_stream, opened, reopening
 from servoid.source.grabbing import TRIES, Grabber, Shot, Video
+from servoid.source.host_clock import HostClock, HostTime
 from servoid.source.instants import tidy_image
 from servoid.source.raw import MountedCamera, RawImage, RawInstant, instant_of
 from servoid.source.source import Instant
-from servoid.words import camera_called
+from servoid.words import camera_called, counted
 
 _TRIES_OF_STREAM = 1  # a broken connection does not recover
 
@@ -119,7 +120,7 @@ class Live:
         """Open the cameras; `clock` is the arm's, and is called from several threads.
 
         Raises:
-            CaptureError: there is no camera, or one cannot be opened.
+            CaptureError: there is no camera, one cannot be opened, or the clock returns no number.
             CameraError: a lens sees nothing of its image.
 
         """
@@ -134,12 +135,13 @@ class Live:
         self._rig = tuple(
             MountedCamera(camera.name, camera.lens, camera.rig_from_camera) for camera in cameras
         )
-        self._clock, self._settings = clock, settings or LiveSettings()
+        self._clock, self._settings = HostClock(clock), settings or LiveSettings()
         resting = tuple(camera.rig_from_camera for camera in cameras)
         self._world_from_lenses = world_from_cameras or (lambda _: resting)
         self._ideals = tuple(IdealCamera(camera.lens) for camera in cameras)
         self._cameras = tuple(ideal.camera for ideal in self._ideals)
         self._index, self._last_s = -1, -np.inf
+        self._jumps, self._pending = 0, ""  # of the clock, and what is to be told of them
         first, self._eyes = _devices(cameras)
         self._used_s = [-np.inf] * len(first)
         self._used_number = [0] * len(first)
@@ -152,7 +154,7 @@ class Live:
                 Grabber(
                     camera.name,
                     video,
-                    clock,
+                    self._clock,
                     reopening(camera.name, camera.device, camera.lens.size_px, camera.controls),
                     tries=_TRIES_OF_STREAM if is_stream(camera.device) else TRIES,
                     silent_s=self._settings.silent_s,
@@ -190,12 +192,13 @@ class Live:
         """
         if not all(grabber.has_ended for grabber in self._grabbers):
             return False
-        return not any(self._are_fresh([grabber.shots() for grabber in self._grabbers]))
+        now = self._now()
+        return not any(self._are_fresh([grabber.shots(now) for grabber in self._grabbers]))
 
     def silence(self) -> str | None:
         """Return why no image comes, if no device has sent any for a while; else None."""
-        now_s = self._clock()
-        silences = [grabber.silence(now_s) for grabber in self._grabbers]
+        now = self._now()
+        silences = [grabber.silence(now) for grabber in self._grabbers]
         if any(
             seconds <= grabber.patience_s
             for (seconds, _), grabber in zip(silences, self._grabbers, strict=True)
@@ -212,11 +215,16 @@ class Live:
         return None if raw is None else instant_of(raw, self._rig, self._ideals)
 
     def newest_raw(self) -> RawInstant | None:
-        """Return what `newest` would, as recorded; each observation is returned by only one."""
-        now_s = self._clock()
-        shots = [grabber.shots() for grabber in self._grabbers]
+        """Return what `newest` would, as recorded; each observation is returned by only one.
+
+        Raises:
+            CaptureError: the clock returns no number, or `world_from_cameras` not each pose.
+
+        """
+        now = self._now()
+        shots = [grabber.shots(now) for grabber in self._grabbers]
         fresh = self._are_fresh(shots)
-        if not any(fresh) or self._is_awaiting(now_s, shots, fresh):
+        if not any(fresh) or self._is_awaiting(now, shots, fresh):
             return None
         # The newest instant for which all delivering devices have an image.
         newest = [(known[-1].time_s, place) for place, known in enumerate(shots) if fresh[place]]
@@ -224,7 +232,15 @@ class Live:
         # Images of that device that arrived and were not requested are counted, too.
         came = shots[place][-1].number - self._used_number[place]
         self._last_s, self._index = moment_s, self._index + (came if self._index >= 0 else 1)
-        return self._observed(moment_s, now_s, shots)
+        return self._observed(moment_s, now, shots)
+
+    def _now(self) -> HostTime:
+        """Return the present time; after the clock has gone back, everything counts as new."""
+        now = self._clock.now()
+        if now.jumps != self._jumps:
+            self._jumps, self._pending = now.jumps, self._clock.jump()
+            self._last_s, self._used_s = -np.inf, [-np.inf] * len(self._used_s)
+        return now
 
     def _are_fresh(self, shots: Sequence[tuple[Shot, ...]]) -> list[bool]:
         """Return for each device whether its newest shot belongs to a new observation."""
@@ -241,10 +257,10 @@ class Live:
         return min(self._settings.apart_s, 0.5 * self._grabbers[place].usual_s)
 
     def _is_awaiting(
-        self, now_s: float, shots: Sequence[tuple[Shot, ...]], fresh: Sequence[bool]
+        self, now: HostTime, shots: Sequence[tuple[Shot, ...]], fresh: Sequence[bool]
     ) -> bool:
         """Return whether an image is still expected that belongs to the available ones."""
-        silences_s = [grabber.silence(now_s)[0] for grabber in self._grabbers]
+        silences_s = [grabber.silence(now)[0] for grabber in self._grabbers]
         patiences_s = [grabber.patience_s for grabber in self._grabbers]
         lacking = [place for place, new in enumerate(fresh) if not new]
         if any(silences_s[place] <= patiences_s[place] for place in lacking):
@@ -260,12 +276,13 @@ class Live:
         return bool(lacking) and are_back and just_s < self._settings.apart_s
 
     def _observed(
-        self, moment_s: float, now_s: float, shots: Sequence[tuple[Shot, ...]]
+        self, moment_s: float, now: HostTime, shots: Sequence[tuple[Shot, ...]]
     ) -> RawInstant:
         """Combine the images that were taken nearest to an instant."""
-        found = [self._nearest(place, moment_s, now_s, known) for place, known in enumerate(shots)]
+        found = [self._nearest(place, moment_s, now, known) for place, known in enumerate(shots)]
         images: list[RawImage | None] = []
-        notices: list[str] = []
+        notices = [self._pending] if self._pending else []
+        self._pending = ""
         for eye, camera in zip(self._eyes, self._rig, strict=True):
             shot, notice = found[eye.device]
             image = None
@@ -283,19 +300,19 @@ class Live:
             index=self._index,
             time_s=time_s,
             images=tuple(images),
-            world_from_lens=tuple(self._world_from_lenses(time_s)),
+            world_from_lens=_poses(self._world_from_lenses(time_s), self._rig),
             notices=tuple(dict.fromkeys(notices)),
         )
 
     def _nearest(
-        self, place: int, moment_s: float, now_s: float, known: Sequence[Shot]
+        self, place: int, moment_s: float, now: HostTime, known: Sequence[Shot]
     ) -> tuple[Shot | None, str | None]:
         """Return the shot of a device nearest to an instant, or None and what is wrong."""
         fresh = [one for one in known if one.time_s > self._used_s[place]]
         shot = min(fresh, key=lambda one: abs(one.time_s - moment_s), default=None)
         apart_s = np.inf if shot is None else abs(shot.time_s - moment_s)
         if shot is None or apart_s > self._settings.apart_s:
-            silence_s, reason = self._grabbers[place].silence(now_s)
+            silence_s, reason = self._grabbers[place].silence(now)
             if silence_s > self._grabbers[place].patience_s:
                 return None, f"no image came for {silence_s:.1f} s{reason}"
             return None, f"its image was taken {1e3 * apart_s:.0f} ms apart"
@@ -310,6 +327,24 @@ class Live:
             if eye.device == place
         ]
         return eyes[0]
+
+
+def _poses(given: object, rig: Sequence[MountedCamera]) -> tuple[Pose, ...]:
+    """Return the poses of the cameras of a rig that moves, as its program gives them."""
+    poses = tuple(given) if isinstance(given, Iterable) else None
+    others = [type(one).__name__ for one in poses or () if not isinstance(one, Pose)]
+    if poses is None:
+        what = f"returned {type(given).__name__}"
+    elif len(poses) != len(rig):
+        what = f"returned {counted(len(poses), 'value')}"
+    elif others:
+        what = f"one it returned is {others[0]}; make a pose of a matrix (4, 4) by Pose(matrix)"
+    else:
+        return poses
+    raise CaptureError(
+        f"world_from_cameras of Live must return {counted(len(rig), 'pose')}, a servoid.pose.Pose "
+        f"for each of {', '.join(camera.name for camera in rig)}, but {what}"
+    )
 
 
 def _opened(camera: LiveCamera) -> Video:
@@ -340,7 +375,7 @@ def _raw_image(lens: Lens, shot: Shot, eye: int) -> tuple[RawImage | None, str |
     given = shot.images[eye] if eye < len(shot.images) else None
     if given is None:
         return None, "there is no image"
-    pixels, notice = tidy_image(_red_first(np.asarray(given)))
+    pixels, notice = tidy_image(_red_first(np.asanyarray(given)))
     if pixels is None:
         return None, notice
     width, height = lens.size_px

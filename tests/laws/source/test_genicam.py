@@ -27,6 +27,7 @@ from servoid.source.devices import GenicamVideo, list_genicam, open_genicam, pix
 from servoid.source.devices import aravis as binding
 from servoid.source.devices.pixels import FORMATS
 from servoid.source.grabbing import Grabber
+from servoid.source.host_clock import HostTime
 
 
 def textured(count: int, shape: tuple[int, ...] = (48, 64), seed: int = 0) -> NDArray[np.uint8]:
@@ -185,13 +186,13 @@ def test_a_camera_that_awaits_a_trigger_is_neither_lost_nor_opened_anew(tmp_path
         grabber = Grabber("eye", video, time.monotonic, again, tries=2)
         try:
             time.sleep(1.5)  # it was asked in between if it is there
-            assert "awaits a trigger" in grabber.silence(time.monotonic())[1]
-            assert not grabber.shots()
+            assert "awaits a trigger" in grabber.silence(HostTime(time.monotonic()))[1]
+            assert not grabber.shots(HostTime(time.monotonic()))
             end = time.monotonic() + PATIENCE_S
-            while not grabber.shots() and time.monotonic() < end:
+            while not grabber.shots(HostTime(time.monotonic())) and time.monotonic() < end:
                 peer.trigger()
                 time.sleep(0.05)
-            assert grabber.shots() and not opened
+            assert grabber.shots(HostTime(time.monotonic())) and not opened
             peer.kill()
             while not opened and time.monotonic() < end:
                 time.sleep(0.05)

@@ -38,6 +38,16 @@ def test_what_is_no_image_is_told_so(image: np.ndarray) -> None:
     assert made is None and notice
 
 
+def test_an_image_with_masked_pixels_is_told_so() -> None:
+    pixels = np.ma.masked_array(np.full((4, 6), 90, np.uint8), mask=np.eye(4, 6))
+    assert tidy_image(pixels) == (
+        None,
+        "the image has masked pixels; say what these are, such as image.filled(0)",
+    )
+    whole, notice = tidy_image(np.ma.masked_array(pixels.data, mask=False))
+    assert whole is not None and notice is None
+
+
 def test_notices_name_cameras_and_say_each_fault_once() -> None:
     notices = ("camera left: the file is cut short",)
     instant = Instant(3, 0.1, (Pose.identity(),) * 2, (None, None), notices, ("left", "right"))

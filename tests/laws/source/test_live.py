@@ -140,6 +140,22 @@ def test_an_image_of_another_size_is_left_out_and_told() -> None:
     assert "camera left: the image is 32x32 pixels, but the lens has 64x48" in instant.notices[0]
 
 
+def test_an_image_with_masked_pixels_is_left_out_and_told() -> None:
+    class Masked(FakeVideo):
+        def retrieve(self) -> tuple[bool, np.ndarray]:
+            done, image = super().retrieve()
+            return done, np.ma.masked_array(image, mask=image > 100)
+
+    clock = FakeClock()
+    video = Masked(clock)
+    with Live(rig(video), clock=clock) as source:
+        clock.advance(0.1)
+        instant = source.newest()
+        video.closed = True
+    assert instant is not None and instant.is_dark
+    assert "camera left: the image has masked pixels; say what these are" in instant.notices[0]
+
+
 def test_a_driver_that_raises_is_silence() -> None:
     class Broken(FakeVideo):
         def retrieve(self) -> tuple[bool, np.ndarray]:

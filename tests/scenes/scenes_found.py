@@ -1,5 +1,6 @@
 """Objects that are found or placed in drawn images, and how far off that is."""
 
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -19,6 +20,12 @@ Mask = NDArray[np.uint8]
 
 def drawn(seed: int = 0) -> tuple[NDArray[np.uint8], Mask, NDArray[np.uint8]]:
     """Draw a two-coloured object with a hole on a cloudy floor; also its mask, and the floor."""
+    image, mask, floor = _drawn(seed)
+    return image.copy(), mask.copy(), floor.copy()
+
+
+@cache
+def _drawn(seed: int) -> tuple[NDArray[np.uint8], Mask, NDArray[np.uint8]]:
     random = np.random.default_rng(seed)
     floor = cv2.GaussianBlur(random.normal(size=(240, 320, 3)), (0, 0), 12.0) * 300.0
     floor = np.clip(floor + np.array([95, 110, 120]), 0, 255)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -60,9 +61,15 @@ def interval_cells(spreads: Iterable[Spread]) -> list[float | None]:
 
 def _half(values: Sequence[float]) -> float | None:
     """Return the half width of the 95 % interval of the mean."""
-    from scipy import stats
-
     if len(values) < 2:
         return None
     error = float(np.std(values, ddof=1)) / math.sqrt(len(values))
-    return float(stats.t.ppf(_SURE, len(values) - 1)) * error
+    return _student(len(values) - 1) * error
+
+
+@cache
+def _student(freedoms: int) -> float:
+    """Return how many standard errors the interval reaches, by Student's distribution."""
+    from scipy import stats
+
+    return float(stats.t.ppf(_SURE, freedoms))

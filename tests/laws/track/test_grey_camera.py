@@ -57,7 +57,8 @@ def mixed(grey: str, made: Path) -> Path:
 @cache
 def known() -> Subject:
     """Learn the object in colour."""
-    result = track_capture(recording_with_truth(RECORDING).capture, None, Request(seed=0))[0]
+    request = Request(seed=0, observations=slice(SEEN))
+    result = track_capture(recording_with_truth(RECORDING).capture, None, request)[0]
     return Subject(body=result.body, appearance=result.appearance)
 
 

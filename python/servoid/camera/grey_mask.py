@@ -64,6 +64,8 @@ def _is_border(
     """Return whether grey pixels make a wide border, along which values rise to the inside."""
     import cv2
 
+    if seen.all():
+        return False  # nothing is outside
     depth_px = cv2.distanceTransform(seen.astype(np.uint8), cv2.DIST_L2, 5)
     outermost = np.count_nonzero(seen & (np.asarray(depth_px) < 1.5))
     if np.count_nonzero(is_grey) <= _MOST_WIDE_PX * outermost:

@@ -115,6 +115,13 @@ def test_the_grey_share_is_what_a_threshold_removes(tmp_path: Path) -> None:
     assert share(tmp_path, mask) == pytest.approx(removed)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_mask_without_an_outside_has_no_border(tmp_path: Path) -> None:
+    everywhere = np.maximum(blurred(20.0)(disk()), 20)
+    assert len(np.unique(everywhere)) > 50
+    assert share(tmp_path, everywhere) == 0.0
+
+
 def test_grey_masks_of_a_capture_and_of_a_target_are_in_doubt(
     tmp_path: Path, drawing: Drawing
 ) -> None:

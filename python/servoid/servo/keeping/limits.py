@@ -26,7 +26,7 @@ class JointLimits:
         self._absurd = _OVERSHOOT * joints.speed + JITTER
         acceleration = settings.acceleration_share * joints.acceleration
         gentle = acceleration / settings.ramp_s
-        self.ramp_s = settings.ramp_s
+        self.ramp_s: float = settings.ramp_s
         """Longest time in which a joint's acceleration rises from 0 to the greatest one."""
         if joints.jerk is not None:
             # The law knows no jerk: what answers it much later than this, it makes swing.

@@ -16,11 +16,10 @@ from servoid.segment import grow_mask
 
 _ROUGH_ELLIPSOIDS = 4
 # For each round, as shares of the silhouette's size: the depth inside it at which the object is
-# certain, and the distance to which the object may extend beyond it; and the number of ellipsoids
-# of the body that is then fitted.
+# certain, and the distance to which the object may extend beyond it.
 _INSIDE = (0.25, 0.10)
 _BEYOND = (0.30, 0.15)
-_ELLIPSOIDS = (6, 8)
+_ELLIPSOIDS = 6  # of the bodies between the rounds
 _POINT_PX = 5  # range samples nearer to each other than this leave no gap
 _LOOKED_AT = 3  # one pixel of so many, in a row and in a column, tells whether there are colours
 _LEAST_OVERLAP = 0.5  # of a mask with the body from which it was grown
@@ -69,17 +68,18 @@ def propagate_masks(
     )
     pictures = _pictures(body, marked, others, images, samples)
     found: list[CaptureView] = []
-    for turn, count in enumerate(_ELLIPSOIDS):
-        report((turn + 1) / (len(_ELLIPSOIDS) + 1))
+    rounds = len(_INSIDE)
+    for turn in range(rounds):
+        report((turn + 1) / (rounds + 1))
         found = _masked(body, pictures, samples, turn)
         if not found:
             raise TargetError(
                 "the object was found in none of the views without a mask: its colours there are "
                 "those of the background, or the poses are wrong; mark it in more views"
             )
-        if turn + 1 < len(_ELLIPSOIDS):
+        if turn + 1 < rounds:
             views = [*natives, *(view.view() for view in found)]
-            body = _body(views, samples, count, seed, threads)
+            body = _body(views, samples, _ELLIPSOIDS, seed, threads)
     return found
 
 

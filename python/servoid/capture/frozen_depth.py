@@ -1,8 +1,10 @@
 """Checks whether the depth images of a recording change as its images do."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from servoid.capture.capture import CaptureCamera
 from servoid.capture.matched_features import FIRST_OF_VIDEO, LONG_PX
@@ -22,7 +24,7 @@ def doubt_depth(album: Album, *, among: Sequence[int] | None = None) -> str | No
     """
     for at, camera in enumerate(album.capture.cameras):
         there = _with_depth(camera, range(len(album.capture)) if among is None else among)
-        starts = [index for index in there if index + 1 in there]
+        starts = [index for index, after in pairwise(there) if after == index + 1]
         moved = [
             index
             for index in (starts[place] for place in evenly(len(starts), _COMPARED))
@@ -31,35 +33,36 @@ def doubt_depth(album: Album, *, among: Sequence[int] | None = None) -> str | No
         if len(moved) >= _LEAST and all(_is_same(camera, index) for index in moved):
             return (
                 f"the depth images of camera {camera.name} do not change while its images do, in "
-                f"{len(moved)} of {len(moved)} compared pairs of observations: they are of another "
+                f"all {len(moved)} pairs of observations that were compared: they are of another "
                 "time; record each with its image, or leave the depth out"
             )
     return None
 
 
-def _with_depth(camera: CaptureCamera, among: Sequence[int]) -> dict[int, None]:
-    """Return the observations that have an image and a depth image, in their order."""
+def _with_depth(camera: CaptureCamera, among: Sequence[int]) -> list[int]:
+    """List the observations that have an image and a depth image."""
     depths = camera.depths_m or camera.depth_paths
     end = FIRST_OF_VIDEO if is_video(camera) else len(depths)
-    return {
-        index: None
+    return [
+        index
         for index in among
-        if index < min(end, len(depths))
-        and depths[index] is not None
-        and camera.pictures[index] is not None
-    }
+        if index < end and depths[index] is not None and camera.pictures[index] is not None
+    ]
 
 
 def _changes(album: Album, camera: int, index: int) -> bool:
     """Return whether an image and the next one differ by more than noise."""
-    here, after = (album.posed(camera, at) for at in (index, index + 1))
+    here, after = (_levels(album, camera, at) for at in (index, index + 1))
     if here is None or after is None:
         return False
-    images = here.grey(LONG_PX // 2), after.grey(LONG_PX // 2)
-    if images[0] is None or images[1] is None:
-        return False
-    one, other = (image[0].astype(np.int16) for image in images if image is not None)
-    return bool(np.mean(np.abs(one - other) > _CHANGE) > _SHARE)
+    return bool(np.mean(np.abs(here - after) > _CHANGE) > _SHARE)
+
+
+def _levels(album: Album, camera: int, index: int) -> NDArray[np.int16] | None:
+    """Read the grey levels of an image, shrunk; None if it cannot be read."""
+    posed = album.posed(camera, index)
+    shrunk = None if posed is None else posed.grey(LONG_PX // 2)
+    return None if shrunk is None else shrunk[0].astype(np.int16)
 
 
 def _is_same(camera: CaptureCamera, index: int) -> bool:

@@ -91,7 +91,7 @@ class _Pair:
 
 
 def doubt_step(capture: Capture, *, among: Sequence[int] | None = None) -> str | None:
-    """Return a message if cameras of a recording took their images at different times, else None.
+    """Return a message if images of an observation are of different times, else None.
 
     Each camera is compared with the first one that sees the same things, and its depth images with
     each other. Observations `among` these indices are compared; without, among all.

@@ -106,7 +106,7 @@ class Grabber:
         self,
         name: str,
         device: Video,
-        clock: HostClock | Callable[[], float],
+        clock: HostClock,
         reopen: Callable[[], Video] | None = None,
         *,
         tries: int = TRIES,
@@ -117,8 +117,7 @@ class Grabber:
         A slow camera may be silent for longer, so that one lost image is not a silence.
         """
         self._device: Video | None = device
-        self._clock = clock if isinstance(clock, HostClock) else HostClock(clock)
-        self._reopen, self._tries = reopen, tries
+        self._clock, self._reopen, self._tries = clock, reopen, tries
         self._silent_s = silent_s
         self._shots: deque[Shot] = deque(maxlen=_KEPT)
         self._steps_s: deque[float] = deque(maxlen=_STEPS)

@@ -85,7 +85,8 @@ class TrackResult:
     are those of the notes that doubt the mask, the body or the pose of the start;
     `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, and
     `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`, and
-    `step_doubt` by how much one camera is behind another, by `capture.doubt_step`.
+    `step_doubt` by how much one camera is behind another, or that depth images do not change, by
+    `capture.doubt_step`.
     `is_metric` is False if the body's lengths are in an unknown unit.
     """
 

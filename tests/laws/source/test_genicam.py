@@ -27,7 +27,7 @@ from servoid.source.devices import GenicamVideo, list_genicam, open_genicam, pix
 from servoid.source.devices import aravis as binding
 from servoid.source.devices.pixels import FORMATS
 from servoid.source.grabbing import Grabber
-from servoid.source.host_clock import HostTime
+from servoid.source.host_clock import HostClock, HostTime
 
 
 def textured(count: int, shape: tuple[int, ...] = (48, 64), seed: int = 0) -> NDArray[np.uint8]:
@@ -183,7 +183,7 @@ def test_a_camera_that_awaits_a_trigger_is_neither_lost_nor_opened_anew(tmp_path
     with gige_camera(tmp_path, textured(5), "Mono8", 30.0, *TRIGGERED) as peer:
         video = GenicamVideo(ADDRESS)
         assert video.may_be_silent
-        grabber = Grabber("eye", video, time.monotonic, again, tries=2)
+        grabber = Grabber("eye", video, HostClock(time.monotonic), again, tries=2)
         try:
             time.sleep(1.5)  # it was asked in between if it is there
             assert "awaits a trigger" in grabber.silence(HostTime(time.monotonic()))[1]

@@ -23,6 +23,7 @@ from servoid.errors import CaptureError
 from servoid.pose import Pose
 from servoid.source import Instant, Live, LiveSettings, grabbing, read_rig
 from servoid.source.device import opened
+from servoid.source.host_clock import HostClock
 
 
 def observed(played: Played, seconds: float) -> list[Instant]:
@@ -388,6 +389,6 @@ def test_silence_is_a_failure_unless_a_trigger_is_awaited(triggered: bool) -> No
         return Silent(may_be_silent=True)
 
     first = Silent(may_be_silent=triggered)
-    grabber = grabbing.Grabber("eye", first, time.monotonic, again, tries=2)
+    grabber = grabbing.Grabber("eye", first, HostClock(time.monotonic), again, tries=2)
     assert opened.wait(0.3 if triggered else 5.0) is not triggered
     grabber.close()

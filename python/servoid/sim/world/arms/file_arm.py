@@ -245,15 +245,17 @@ def _check_urdf(name: str, urdf: Urdf, model: Any, joints: list[Any]) -> None:
                 "of its own, remove <mimic>, otherwise make the joint fixed or choose a mount "
                 "before it"
             )
+        if joint.name in urdf.endless:
+            continue
         known = model.joint(joint.name)
-        if joint.name not in urdf.endless and known.range[0] == known.range[1] == 0.0:
+        if known.range[0] == known.range[1] == 0.0:
             raise SimError(
                 f"{name}: joint '{joint.name}' is revolute with limits of 0 and 0, or none, so "
                 "that it cannot turn; write the lower and upper limits of the data sheet, or "
                 'type="continuous" if it turns without an end, or type="fixed" if it is locked'
             )
         farthest = max((float(limit) for limit in known.range), key=abs)
-        if joint.name not in urdf.endless and abs(farthest) > TURN:
+        if abs(farthest) > TURN:
             raise SimError(
                 f"{name}: joint '{joint.name}' has a limit of {digits(farthest)}, but limits of a "
                 f"URDF are in radians (degrees were probably meant: {digits(farthest)} degrees are "

@@ -9,12 +9,7 @@ import numpy as np
 from servoid._native import Moving, change_between, twist_within
 from servoid.config import FAR_M, NEAR_M, REACH_M
 from servoid.pose import Floats, Pose, exact
-from servoid.servo.arguments import (
-    check_arm,
-    check_estimate,
-    check_pose,
-    check_state,
-)
+from servoid.servo.arguments import check_arm, check_estimate, check_pose, check_state
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.checked_arm import CheckedArm
@@ -23,6 +18,7 @@ from servoid.servo.keeping.bounds import Rows, Window
 from servoid.servo.keeping.confirming import Confirming
 from servoid.servo.keeping.limiter import Limiter
 from servoid.servo.keeping.limits import JointLimits
+from servoid.servo.keeping.pace import Pace
 from servoid.servo.keeping.safety import LOCATED, Reason, SafetySupervisor, is_within_reason
 from servoid.servo.keeping.workspace_limits import WorkspaceLimits, walls_of
 from servoid.servo.law.gaze import GazeControl
@@ -122,13 +118,18 @@ class Controller:
         self._limits = JointLimits(arm.joints, settings.joints, arm.period_s)
         self._watch = ArmWatch(settings.safety, arm.period_s, len(arm.joints.names))
         self._confirming = Confirming(arm.joints, arm.period_s)
+        self._pace = Pace(arm.period_s)
         fade_s = 0.5 * self._limits.ramp_s
         reaction_s = settings.joints.reaction_s + arm.period_s + fade_s
         self._workspace = WorkspaceLimits(settings.safety, reaction_s, arm.period_s)
         self._limiter = Limiter(arm, settings.hand, fade_s)
         self._reaching = Reaching(arm, settings.joints)
         self._law = _LAWS[settings.joints.law](arm, settings.joints)
-        self._gaze = None if arm.eyes is None else GazeControl(arm.eyes, settings.gaze)
+        self._gaze = (
+            None
+            if arm.eyes is None
+            else GazeControl(arm.eyes, arm.joints, settings.gaze, reaction_s)
+        )
         self._hand = slice(0, arm.joints.hand_count)
         self._previous: _LastCommand | None = None
         self._goal: tuple[float, Pose] | None = None
@@ -241,7 +242,7 @@ class Controller:
             target,
             limited.velocities,
             hand_from_goal=hand_from_goal.pose,
-            limiting=limited.reasons | stuck | untrue,
+            limiting=limited.reasons | stuck | untrue | self._pace.reasons,
         )
 
     def _hand_twist(
@@ -295,7 +296,9 @@ class Controller:
         angles = None
         if self._gaze is not None and target is not None:
             gaze = self._gaze.wanted(now.world_from_hand, twist, target.place, target.twist[:3])
-            velocities[self._gaze.places] = self._gaze.velocities(now.state, gaze, now.window)
+            velocities[self._gaze.places] = self._gaze.velocities(
+                now.state, gaze, now.window, self._pace.periods
+            )
             angles = gaze.angles
         if not (exact.is_finite(velocities) and exact.is_finite(twist)):
             return self._stop(now.state, Reason.NOT_FINITE)
@@ -334,6 +337,7 @@ class Controller:
         if not (state.stopped or self._limits.may_move_at(state.velocities)):
             return None
         self._supervisor.advance(state.time_s, stopped=state.stopped)
+        self._pace.see(state.time_s)
         velocities = np.asarray(state.velocities, np.float64)
         command = self._previous
         commanded = np.zeros(len(velocities)) if command is None else command.velocities

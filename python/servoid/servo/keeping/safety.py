@@ -40,6 +40,7 @@ class Reason(Enum):
     WORKSPACE = "the hand is at the edge of its workspace"
     NEAR = "the hand is at its minimum distance from the object"
     COLLISION = "parts of the arm are at their minimum distance from each other or the room"
+    LATE = "commands come less often than the arm's period"
     UNREACHABLE = "the arm does not reach the goal"
     SINGULAR = "the arm is in a singular pose and cannot move towards the goal"
     HAND_SPEED = "the hand is at its speed limit"

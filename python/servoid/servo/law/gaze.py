@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 
 from servoid import _native
 from servoid.pose import Floats, Pose
-from servoid.servo.arm import Eyes, JointState
+from servoid.servo.arm import Eyes, Joints, JointState
 from servoid.servo.keeping.bounds import Window
 from servoid.servo.settings import GazeMode, GazeSettings
+
+_SURE_BRAKING = 0.3  # share of the joints' acceleration, with which late commands still stop them
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +30,14 @@ def fixation(half_baseline: float, point_in_head: Floats, velocity_in_head: Floa
 class GazeControl:
     """Controls tilt and pans by a PD law on their angles, with feed-forward of desired rates."""
 
-    def __init__(self, eyes: Eyes, settings: GazeSettings) -> None:
+    def __init__(
+        self, eyes: Eyes, joints: Joints, settings: GazeSettings, reaction_s: float
+    ) -> None:
+        """Take an arm's eyes and joints, and the time until joints brake, of commands in time."""
         self._eyes, self._settings = eyes, settings
+        self._reaction_s = reaction_s
         self.places: NDArray[np.int64] = np.array([eyes.tilt, eyes.pan_left, eyes.pan_right])
+        self._braking = _SURE_BRAKING * joints.acceleration[self.places]
 
     def wanted(
         self, world_from_hand: Pose, hand_twist: Floats, point: Floats, velocity: Floats
@@ -42,13 +49,22 @@ class GazeControl:
         seen = _native.seen_from_head(world_from_hand, head, hand_twist, point, velocity)
         return fixation(self._eyes.half_baseline, *seen)
 
-    def velocities(self, state: JointState, gaze: Gaze, window: Window) -> Floats:
-        """Return the speeds (3,) in rad/s of tilt and pans, inside the window of all N joints."""
+    def velocities(
+        self, state: JointState, gaze: Gaze, window: Window, periods: float = 1.0
+    ) -> Floats:
+        """Return the speeds (3,) in rad/s of tilt and pans, inside the window of all N joints.
+
+        Commands follow each other in so many `periods` of the arm. If they are late, joints brake
+        later and less than the gain needs, and would swing about the target.
+        """
         settings, places = self._settings, self.places
         error = gaze.angles - state.positions[places]
-        wanted = settings.gain * error + settings.rate_gain * (
-            gaze.rates - state.velocities[places]
-        )
+        pull = settings.gain * error
+        if periods > 1.0:
+            braking, reaction_s = self._braking / periods, self._reaction_s * periods
+            most = _native.stoppable_speed(np.abs(error), braking, reaction_s)
+            pull = np.minimum(np.maximum(pull, -most), most)
+        wanted = pull + settings.rate_gain * (gaze.rates - state.velocities[places])
         if settings.feed_forward:
             wanted = wanted + gaze.rates
         return np.minimum(np.maximum(wanted, window.lower[places]), window.upper[places])

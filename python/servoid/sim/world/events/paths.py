@@ -1,5 +1,6 @@
 """Paths of an object, relative to its initial pose."""
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -221,6 +222,7 @@ def _axis(text: str, part: str) -> tuple[float, float, float]:
     return sign * x, sign * y, sign * z
 
 
+@functools.lru_cache(maxsize=16)
 def _across(axis: tuple[float, float, float]) -> tuple[Floats, Floats]:
     """Return two directions perpendicular to an axis, which form a right-handed system with it."""
     place = int(np.argmax(np.abs(axis)))

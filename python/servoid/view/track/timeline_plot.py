@@ -23,9 +23,13 @@ _MOST_NOTICES = 6
 _LANE_IN = 0.3
 
 
-def draw_timeline(tracked: Sequence[Tracked]) -> bytes:
-    """Draw the result of each observation; return the PNG file's bytes."""
-    notices = notice_times(tracked)
+def draw_timeline(tracked: Sequence[Tracked], on_all: Sequence[str] = ()) -> bytes:
+    """Draw the result of each observation; return the PNG file's bytes.
+
+    The notices `on_all` hold for every observation.
+    """
+    always = {words: [one.estimate.time_s for one in tracked] for words in on_all}
+    notices = always | notice_times(tracked)
     heights = [0.3 + _LANE_IN * len(STATES), 1.5, 0.3 + 0.42 * max(1, len(notices)), 1.7]
     figure = new_figure(9.6, sum(heights) + 0.7)
     status, confidence, noticed, spent = figure.subplots(4, 1, sharex=True, height_ratios=heights)
@@ -71,7 +75,7 @@ def _runs(states: Sequence[str], state: str) -> list[tuple[int, int]]:
 def _draw_confidence(axes: "Axes", tracked: Sequence[Tracked], times: Floats) -> None:
     confidence = [one.estimate.confidence for one in tracked]
     axes.plot(times, confidence, color=DISTINCT[0], linewidth=1.3)
-    axes.set_ylim(0.0, 1.05)
+    axes.set_ylim(-0.05, 1.05)  # a line along 0 is seen
     right = "within 20 mm or a tenth of the diameter, and 15 degrees"
     _title(axes, f"confidence: the probability that the pose is right, {right}")
 

@@ -91,7 +91,7 @@ def write_track_report(
         "growth.png": draw_growth(history, figures.sides.sides_from_object),
         "sides.png": draw_sides(figures.sides, history.names),
         "turning.png": draw_turning(figures.turning, figures.is_tracked),
-        "timeline.png": draw_timeline(result.tracked),
+        "timeline.png": draw_timeline(result.tracked, result.notices_on_all),
     }
     unfinished = [f"The tracking was not finished: {ending}."] if ending else []
     verdict = [*unfinished, *figures.verdict()]
@@ -179,7 +179,10 @@ def _tables(figures: TrackFigures) -> list[Table]:
         (
             "Notices",
             ("notice", "times"),
-            [(words, str(count)) for words, count in result.notices],
+            [
+                *((words, str(len(result))) for words in result.notices_on_all),
+                *((words, str(count)) for words, count in result.notices),
+            ],
         ),
     ]
 

@@ -46,7 +46,19 @@ _UNEVEN = (0.3, 0.4)  # share of the speed, and thousandths of the diagonal
 _BACK_PX = 0.3  # off the start, of what is followed there and back
 _WINDOW_PX = (15, 15)
 
+_STILL_OFF = 0.2  # share of what rests off its lines, as of a camera that was moved
+_LEAST_STILL = 10  # features
+
 Between = tuple[PosedPicture, PosedPicture, PosedPicture]
+
+
+@dataclass(frozen=True, eq=False)
+class _Compared:
+    """The features of an instant: those that move, and the number of others, and of those off."""
+
+    moving: MovingFeatures
+    still: int
+    still_off: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +198,7 @@ def _alike(pair: _Pair, index: int, shift: int) -> tuple[Floats, Floats] | None:
     return None if images[0] is None or images[1] is None else alike_features(images[0], images[1])
 
 
-def _moving(pair: _Pair, index: int, shift: int) -> MovingFeatures | None:
+def _compared(pair: _Pair, index: int, shift: int) -> _Compared | None:
     """Return how features of an instant move, and how far they are off; None if too few match."""
     alike, images = _alike(pair, index, shift), pair.between(index - shift)
     if alike is None or images is None:
@@ -201,13 +213,18 @@ def _moving(pair: _Pair, index: int, shift: int) -> MovingFeatures | None:
     speeds = 0.5 * (later - earlier)
     bent = np.abs(later - 2.0 * off + earlier)
     with np.errstate(invalid="ignore"):
+        rests = before[1] & after[1] & (np.abs(speeds) < _SPEED)
         kept = before[1] & after[1] & (np.abs(off) < _MOST_LAG * np.abs(speeds) + _OFF)
         kept &= bent < _UNEVEN[0] * np.abs(speeds) + _UNEVEN[1]
     size = 0.5 * np.array(pair.both[0].lens.size_px)
     near = exact.lengths(rays - pair.far(pixels))[:, None]
     places = np.hstack([pixels / size - 1.0, near / (100.0 * pair.unit)])
     kept &= np.isfinite(places).all(axis=1)
-    return MovingFeatures(off[kept], speeds[kept], places[kept])
+    return _Compared(
+        MovingFeatures(off[kept], speeds[kept], places[kept]),
+        still=int(rests.sum()),
+        still_off=int((rests & (np.abs(off) > _MOST_LAG * _SPEED + _OFF)).sum()),
+    )
 
 
 def _lag_of(coarse: _Pair, fine: _Pair, order: Sequence[int]) -> Lag | None:
@@ -234,17 +251,22 @@ def _lag_of(coarse: _Pair, fine: _Pair, order: Sequence[int]) -> Lag | None:
 def _estimated(pair: _Pair, order: Sequence[int], shift: int) -> Lag | None:
     """Compare instants until it is clear whether the second camera is behind by `shift` images.
 
-    None if fewer than a few instants can be compared.
+    None if fewer than a few instants can be compared, or if what rests is off its lines as well:
+    no time explains that.
     """
-    seen, lag = [], None
+    seen: list[_Compared] = []
+    lag = None
     for index in order[:_INSTANTS]:
-        one = _moving(pair, index, shift)
-        if one is None or not len(one.off):
+        one = _compared(pair, index, shift)
+        if one is None or not len(one.moving.off):
             continue
         seen.append(one)
         if len(seen) < _SETTLED:
             continue
-        lag = fit_lag(seen)
+        still, off = sum(one.still for one in seen), sum(one.still_off for one in seen)
+        if still >= _LEAST_STILL and off > _STILL_OFF * still:
+            return None
+        lag = fit_lag([one.moving for one in seen])
         if not _is_known(lag):
             continue
         if _is_in(lag):

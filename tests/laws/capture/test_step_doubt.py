@@ -12,7 +12,14 @@ from tiers import tiered
 from true_captures import TRUE_CAPTURES, true_capture
 
 from servoid.camera import Camera
-from servoid.capture import Capture, PosedImage, capture_of, doubt_for_model, doubt_step
+from servoid.capture import (
+    Capture,
+    PosedImage,
+    capture_of,
+    doubt_calibration,
+    doubt_for_model,
+    doubt_step,
+)
 from servoid.capture.lag_fit import MovingFeatures, fit_lag
 from servoid.pose import Pose
 from servoid.sim import MovingScene, Scenario
@@ -45,8 +52,16 @@ def image_of(shift_px: float, at_px: tuple[float, float]) -> Image:
     return np.repeat(pixels.astype(np.uint8)[..., None], 3, axis=2)
 
 
-def pair(late: float, *, along_px: float, across_px: float) -> Capture:
-    """Draw a parallel pair whose right camera is `late` images behind."""
+def tilted(image: Image, by_px: float) -> Image:
+    """Return what a camera sees once it was tilted so far."""
+    matrix = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, by_px]])
+    return np.asarray(
+        cv2.warpAffine(image, matrix, SIZE_PX, borderMode=cv2.BORDER_REFLECT), np.uint8
+    )
+
+
+def pair(late: float, *, along_px: float, across_px: float, tilt_px: float = 0.0) -> Capture:
+    """Draw a parallel pair whose right camera is `late` images behind, and is tilted meanwhile."""
 
     def place(time: float) -> tuple[float, float]:
         swing = np.sin(0.3 * time)
@@ -55,10 +70,14 @@ def pair(late: float, *, along_px: float, across_px: float) -> Capture:
     camera = Camera(size_px=SIZE_PX, focal_px=(300.0, 300.0), center_px=(159.5, 119.5))
     observations = [
         [
-            PosedImage(camera=camera, world_from_camera=Pose(pose), image=image_of(shift, at))
-            for pose, shift, at in (
-                (np.eye(4), 0.0, place(float(index))),
-                (shifted(0.1), 30.0, place(index - late)),
+            PosedImage(
+                camera=camera,
+                world_from_camera=Pose(pose),
+                image=tilted(image_of(shift, at), tilt),
+            )
+            for pose, shift, at, tilt in (
+                (np.eye(4), 0.0, place(float(index)), 0.0),
+                (shifted(0.1), 30.0, place(index - late), tilt_px if index >= 8 else 0.0),
             )
         ]
         for index in range(20)
@@ -167,6 +186,14 @@ def test_what_moves_along_the_epipolar_lines_only_or_rests_says_nothing() -> Non
     assert doubt_step(pair(1.0, along_px=20.0, across_px=20.0)) is not None
     assert doubt_step(pair(1.0, along_px=25.0, across_px=0.0)) is None
     assert doubt_step(pair(1.0, along_px=0.0, across_px=0.0)) is None
+
+
+@pytest.mark.parametrize("tilt_px", [-5.0, 5.0])
+def test_a_camera_that_was_moved_meanwhile_is_not_told_as_late(tilt_px: float) -> None:
+    moved = pair(0.0, along_px=5.0, across_px=20.0, tilt_px=tilt_px)
+    assert doubt_step(moved) is None
+    doubt = doubt_calibration(moved)
+    assert doubt is not None and doubt.startswith("a camera was moved meanwhile")
 
 
 def test_photographs_and_few_observations_are_not_examined(still: Capture) -> None:

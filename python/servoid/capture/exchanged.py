@@ -28,6 +28,7 @@ _PARALLAX_PX = 2.0  # at 1000 px of diagonal: below, a feature's side is noise
 # Shares of features that contradict a rig. Of right ones at most 3 % do, and 4 % in a pair of
 # images (recorded pairs); of rigs that are off by 2 degrees or 60 px mostly more than 15 %.
 _DOUBTED = 0.1
+_WORSE = 2.0  # such shares of a camera that was moved, and of one whose lens is wrong throughout
 _TINY_M = 1e-9  # what two cameras at one place see differently is nearer: nothing is there
 _REFUSED = 0.8  # if this share is behind the cameras
 
@@ -58,10 +59,18 @@ class Sides:
         return self.front >= _LEAST and not self.contradict
 
     @property
+    def against(self) -> int:
+        """Return the number of features that contradict the rig."""
+        return self.behind + self.off
+
+    @property
     def contradict(self) -> bool:
         """Return whether so many features contradict the rig that it is probably wrong."""
-        against = self.behind + self.off
-        return against >= _LEAST and against > _DOUBTED * self.matched
+        return self.against >= _LEAST and self.against > _DOUBTED * self.matched
+
+    def is_worse(self, earlier: "Sides") -> bool:
+        """Return whether a far greater share of these contradicts the rig than of earlier ones."""
+        return self.against * earlier.matched > _WORSE * earlier.against * self.matched
 
 
 def exchange_note(names: tuple[str, str], pairs: Iterable[MatchedFeatures]) -> str | None:
@@ -108,8 +117,13 @@ def until_settled(pairs: Iterable[MatchedFeatures]) -> Iterator[MatchedFeatures]
 
 def contradiction_note(names: tuple[str, str], pairs: Iterable[MatchedFeatures]) -> str | None:
     """Return a message if features contradict the calibration of two named cameras, else None."""
-    total = sum((sides_of(pair) for pair in pairs), Sides())
+    total = all_sides(pairs)
     return _contradiction(names, total) if total.contradict else None
+
+
+def all_sides(pairs: Iterable[MatchedFeatures]) -> Sides:
+    """Count on which side of the cameras the features of several pairs of images are."""
+    return sum((sides_of(pair) for pair in pairs), Sides())
 
 
 def repeated_note(names: tuple[str, str], one: PosedPicture, other: PosedPicture) -> str | None:
@@ -167,7 +181,7 @@ def _contradiction(names: tuple[str, str], sides: Sides) -> str:
         f"the images contradict the calibration of {one} and {other}: of {sides.matched} features "
         f"that match in both, {sides.behind} would be behind the cameras, and {sides.off} are far "
         "from where the other image predicts them; correct the pose of one camera relative to the "
-        "other, or their center_px and focal_px, or calibrate again"
+        "other, or their center_px, focal_px and distortion, or calibrate again"
     )
 
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from servoid._native import Pose
 from servoid.capture.exchanged import (
+    Sides,
+    all_sides,
     contradiction_note,
     exchange_note,
     repeated_note,
@@ -47,22 +49,24 @@ def doubt_pair(album: Album, *, is_assumed: bool, last: int | None) -> str | Non
     if not (is_assumed or constrains_focal(second_from_first(first, second))):
         pairs = list(until_settled(matched))
         note = exchange_note(names, pairs) or contradiction_note(names, pairs)
-        return note or _doubt_end(album, last, is_settled=bool(pairs))
+        return note or _doubt_end(album, last, all_sides(pairs))
     pairs = list(matched)
     return exchange_note(names, pairs) or turned_note(names, pairs)
 
 
-def _doubt_end(album: Album, last: int | None, *, is_settled: bool) -> str | None:
+def _doubt_end(album: Album, last: int | None, at_first: Sides) -> str | None:
     """Return a message if the last images contradict the calibration, else None.
 
-    `is_settled` says that the first ones do not.
+    The first ones do not, or nothing matches in them. A lens that is wrong throughout contradicts
+    them somewhat as well, and no camera was moved.
     """
     first, second = album.capture.cameras[:2]
     there = [at for at in in_both(first, second) if last is None or at <= last]
     if len(there) < 2 or (there[-1] >= FIRST_OF_VIDEO and is_video(first)):
         return None
-    note = contradiction_note((first.name, second.name), matched_at(album, (0, 1), there[-1:]))
-    return note and (f"{AT_END} {note}" if is_settled else note)
+    pairs = list(matched_at(album, (0, 1), there[-1:]))
+    note = contradiction_note((first.name, second.name), pairs)
+    return note and (f"{AT_END} {note}" if all_sides(pairs).is_worse(at_first) else note)
 
 
 def _repeated(album: Album) -> str | None:

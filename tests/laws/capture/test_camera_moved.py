@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from recordings import Recording
 
 from servoid.capture import Capture, PosedImage, capture_of, doubt_calibration
+from servoid.capture.exchanged import Sides
 from servoid.pose import Pose
 from servoid.track import Request, Subject, track_capture
 
@@ -63,6 +64,14 @@ def test_a_camera_that_turns_slowly_is_told(degrees: float, still: Capture) -> N
     assert doubt_calibration(loosened(still, 0.0)) is None
     doubt = doubt_calibration(loosened(still, degrees))
     assert doubt is not None and doubt.startswith("a camera was moved meanwhile")
+
+
+def test_a_lens_that_is_wrong_throughout_was_not_moved_meanwhile() -> None:
+    at_end = Sides(matched=488, front=439, behind=1, off=48)
+    assert at_end.contradict
+    assert not at_end.is_worse(Sides(matched=900, front=830, off=70))
+    assert at_end.is_worse(Sides(matched=900, front=880, off=20))
+    assert not at_end.is_worse(Sides()), "of a start where nothing matches, nothing is known"
 
 
 def test_a_track_in_python_is_compared_with_calibration_and_rig_too(still: Capture) -> None:

@@ -221,6 +221,7 @@ impl Tracker {
         self.look_alikes.forget();
         self.target.colors = Colors::new(self.settings.local_colors);
         self.target.colors.recall(&appearance.colors, appearance.grey);
+        self.relocalizer.forget_light();
         Ok(())
     }
 }

@@ -10,6 +10,7 @@ mod relocalizer;
 
 pub use from_masks::{MaskFit, pose_from_masks, poses_from_masks};
 pub(super) use look_alike::LookAlikes;
+use relocalizer::LIGHTS;
 pub(super) use relocalizer::Relocalizer;
 
 use crate::camera::Observation;
@@ -67,16 +68,25 @@ impl Tracker {
         observation: &Observation<'_>,
         hypothesis: &mut Hypothesis,
     ) -> Result<usize, TrackError> {
-        let followed = *hypothesis;
+        let (followed, light) = (*hypothesis, self.relocalizer.light);
         let evaluations = self.relocalize_globally(observation, 1, hypothesis)?;
         let can_follow = |one: &Hypothesis| one.quality.share >= self.settings.trusted;
         let is_better =
             can_follow(hypothesis) && hypothesis.quality.support >= followed.quality.support;
         if can_follow(&followed) && !is_better {
             *hypothesis = followed;
+            self.expect_light(light);
             self.settle(observation, hypothesis);
         }
         Ok(evaluations)
+    }
+
+    /// Expects the colours that were recalled in one of the `LIGHTS`.
+    fn expect_light(&mut self, light: usize) {
+        if light != self.relocalizer.light {
+            self.relocalizer.light = light;
+            self.target.colors.relight(LIGHTS[light]);
+        }
     }
 
     /// Searches near a hypothesis for a pose at which more is recognised, since the orientation may
@@ -144,7 +154,8 @@ impl Tracker {
         Ok(evaluations)
     }
 
-    /// Searches for the object in the whole images, in several rounds unless it is found earlier.
+    /// Searches for the object in the whole images, in several rounds unless it is found earlier. An
+    /// appearance that nothing here confirmed yet was learned in another light, maybe.
     pub(in crate::track) fn relocalize_globally(
         &mut self,
         observation: &Observation<'_>,
@@ -162,8 +173,14 @@ impl Tracker {
         let reference_area = self.target.reference.area;
         let area_at = |distance: f64| reference_area / (distance * distance);
         let known = self.known_turns(observation);
-        let mut evaluations = 0;
+        let is_recalled = self.target.colors.are_recalled() && !self.trust.is_confirmed();
+        let (mut evaluations, mut light) = (0, self.relocalizer.light);
         for _ in 0..rounds {
+            let before = *hypothesis;
+            if is_recalled {
+                let next = self.relocalizer.next_light();
+                self.expect_light(next);
+            }
             self.open_all_over(observation);
             let detected = self.detect(&known, (near, far));
             let inputs = Inputs::new(&self.frame, observation, &self.target, &self.settings);
@@ -171,34 +188,45 @@ impl Tracker {
             let (found, scored) = self.relocalizer.global(inputs, &known, places, area_at)?;
             evaluations += scored;
             let candidates: Vec<Pose> = found.iter().map(|found| found.pose).collect();
-            self.choose(observation, &candidates, hypothesis);
+            if self.choose(observation, &candidates, hypothesis) {
+                light = self.relocalizer.light;
+            } else if self.relocalizer.light != light {
+                *hypothesis = before;
+            }
             if self.is_sure(hypothesis) {
                 break;
             }
         }
+        if self.relocalizer.light != light {
+            self.expect_light(light);
+            self.settle(observation, hypothesis);
+        }
         Ok(evaluations)
     }
 
-    /// Refines candidates and keeps the best, if it is better than the hypothesis; in the end the
-    /// windows are those of the best.
+    /// Refines candidates and keeps the best, if it is better than the hypothesis, and returns
+    /// whether it is; in the end the windows are those of the best.
     fn choose(
         &mut self,
         observation: &Observation<'_>,
         candidates: &[Pose],
         hypothesis: &mut Hypothesis,
-    ) {
+    ) -> bool {
+        let mut is_replaced = false;
         for candidate in candidates {
             self.points_in_view(candidate);
             let other = self.hypothesis(observation, candidate, COARSEST, None);
             let is_better = other.quality.support > hypothesis.quality.support;
             if is_better && !self.is_other(&other.pose) {
                 *hypothesis = other;
+                is_replaced = true;
             }
             if self.is_sure(hypothesis) {
                 break;
             }
         }
         self.settle(observation, hypothesis);
+        is_replaced
     }
 
     /// Opens the windows at a hypothesis and refines it there.

@@ -17,8 +17,15 @@ pub(crate) struct Relocalizer {
     around: Vec<usize>,
     ranked: Vec<Found>,
     best: Vec<Found>,
+    /// Which of the `LIGHTS` is tried next, and which one the colours are those of.
+    next_light: usize,
+    pub(super) light: usize,
 }
 
+/// Light in which an object is sought in turn, relative to that in which its colours were learned:
+/// in steps that leave most of them in their bins or beside these.
+pub(super) const LIGHTS: [f32; 12] =
+    [1.0, 0.8, 1.25, 1.0, 0.64, 1.55, 1.0, 0.5, 0.8, 1.0, 0.4, 1.25];
 /// Surface points used as probes of all sides.
 const PROBES: usize = 60;
 /// Number of populations about one pose, and their size and generations.
@@ -41,7 +48,20 @@ const NEAR: (f64, f64) = (0.5, 0.5);
 
 impl Relocalizer {
     pub(crate) fn new(seed: u64) -> Self {
-        Self { seed, round: 0, around: Vec::new(), ranked: Vec::new(), best: Vec::new() }
+        let (around, ranked, best) = (Vec::new(), Vec::new(), Vec::new());
+        Self { seed, round: 0, around, ranked, best, next_light: 0, light: 0 }
+    }
+
+    /// Returns which light is tried next.
+    pub(super) fn next_light(&mut self) -> usize {
+        let light = self.next_light;
+        self.next_light = (light + 1) % LIGHTS.len();
+        light
+    }
+
+    /// Begins with the light in which colours were learned.
+    pub(in crate::track) fn forget_light(&mut self) {
+        (self.next_light, self.light) = (0, 0);
     }
 
     /// Returns random numbers that are not used elsewhere.

@@ -1,3 +1,4 @@
+use super::other_light::relit;
 use crate::camera::{Channels, ImageView};
 use crate::fitness::ScoreMap;
 
@@ -23,14 +24,18 @@ pub(crate) struct Palette {
     object: Histogram,
     around: Histogram,
     sides: Vec<Histogram>,
+    /// The object's shares as they were recalled; empty if none were.
+    recalled: Vec<f32>,
     /// ln p(colour | object) / p(colour | background), one table per side and one for any side.
     tables: Vec<f32>,
     local: bool,
 }
 
 /// Bits kept per channel.
-const BITS: u32 = 4;
-const BINS: usize = 1 << (3 * BITS);
+pub(super) const BITS: u32 = 4;
+pub(super) const BINS: usize = 1 << (3 * BITS);
+/// The same of the only channel of grey images.
+pub(super) const GREY_BITS: u32 = 6;
 const SIDES: usize = 8;
 /// Index of a pixel whose side of the object is unknown.
 pub(crate) const ANY_SIDE: usize = SIDES;
@@ -145,6 +150,17 @@ impl Colors {
         palette.recall(shares);
     }
 
+    /// Returns whether the object's colours were recalled.
+    pub(crate) fn are_recalled(&self) -> bool {
+        !(self.grey.recalled.is_empty() && self.rgb.recalled.is_empty())
+    }
+
+    /// Expects the colours that were recalled in `gain` times the light in which they were learned.
+    pub(crate) fn relight(&mut self, gain: f32) {
+        self.grey.relight(gain, true);
+        self.rgb.relight(gain, false);
+    }
+
     /// Returns whether colours of the object were learned in images of this kind.
     pub(crate) fn know_object(&self, channels: Channels) -> bool {
         self.of(channels).object.known
@@ -162,6 +178,7 @@ impl Palette {
             object: Histogram::new(),
             around: Histogram::new(),
             sides: (0..=SIDES).map(|_| Histogram::new()).collect(),
+            recalled: Vec::new(),
             tables: vec![0.0; (SIDES + 1) * BINS],
             local,
         }
@@ -239,6 +256,14 @@ impl Palette {
                 *place = share;
             }
         }
+        self.recalled.clone_from(&self.object.shares);
+    }
+
+    fn relight(&mut self, gain: f32, is_grey: bool) {
+        if self.object.known && !self.recalled.is_empty() {
+            relit(&self.recalled, gain, is_grey, &mut self.object.shares);
+            self.tabulate();
+        }
     }
 
     /// Returns the log-likelihood ratio of a bin on a side, in nats.
@@ -275,7 +300,7 @@ pub(crate) fn rgb_bin([r, g, b]: [u8; 3]) -> usize {
 /// A grey image has a single channel, and so more bins for it.
 #[inline]
 pub(crate) fn grey_bin(grey: u8) -> usize {
-    usize::from(grey >> 2)
+    usize::from(grey >> (8 - GREY_BITS))
 }
 
 /// Returns the direction, one of eight, in which a position lies.

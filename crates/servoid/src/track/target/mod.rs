@@ -7,6 +7,7 @@ pub(super) mod feature;
 pub(super) mod keyframes;
 pub(super) mod look;
 mod loops;
+mod other_light;
 pub(super) mod points;
 pub(super) mod ranges;
 mod record;

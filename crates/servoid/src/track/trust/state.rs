@@ -100,6 +100,11 @@ impl Trust {
         self.started
     }
 
+    /// Returns whether the object was ever confirmed to be the one that is known.
+    pub(in crate::track) fn is_confirmed(&self) -> bool {
+        self.confirmed
+    }
+
     pub(in crate::track) fn is_proved(&self) -> bool {
         self.proved
     }

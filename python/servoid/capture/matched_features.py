@@ -22,6 +22,9 @@ _LEAST_OF_PAIR = 20
 # Images whose features are kept, below 1 MB each: several checks of a command compare the same.
 _KEPT = 48
 
+Features = tuple[Floats, NDArray[np.float32]]
+"""Positions in an image, (N, 2) px, and descriptors, (N, 128)."""
+
 
 @dataclass(frozen=True, eq=False)
 class MatchedFeatures:
@@ -86,8 +89,8 @@ class PosedPicture:
         return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY), np.uint8), by
 
     @cached_property
-    def features(self) -> tuple[Floats, NDArray[np.float32]] | None:
-        """Return feature positions, (N, 2) px, and descriptors; None if there are too few."""
+    def features(self) -> Features | None:
+        """Find features; return None if there are too few."""
         shrunk = self.grey(self.long_px)
         if shrunk is None:
             return None
@@ -97,12 +100,21 @@ class PosedPicture:
 
 
 @lru_cache(maxsize=_KEPT)
-def _features_of(grey: bytes, shape: tuple[int, ...]) -> tuple[Floats, NDArray[np.float32]] | None:
+def _features_of(grey: bytes, shape: tuple[int, ...]) -> Features | None:
     """Return what `features` says of the pixels of a grey image, (H, W)."""
+    return features_on(np.frombuffer(grey, np.uint8).reshape(shape), None, _FEATURES)
+
+
+def features_on(
+    grey: NDArray[np.uint8], mask: NDArray[np.uint8] | None, most: int
+) -> Features | None:
+    """Find up to so many features of a grey image, (H, W), where a mask is not 0.
+
+    None if there are too few.
+    """
     import cv2
 
-    pixels = np.frombuffer(grey, np.uint8).reshape(shape)
-    points, looks = cv2.SIFT.create(_FEATURES).detectAndCompute(pixels, None)  # pyright: ignore[reportCallIssue, reportArgumentType]
+    points, looks = cv2.SIFT.create(most).detectAndCompute(grey, mask)  # pyright: ignore[reportCallIssue, reportArgumentType]
     if looks is None or len(points) < _LEAST_OF_PAIR:
         return None
     return np.array([point.pt for point in points], np.float64), np.asarray(looks, np.float32)
@@ -124,12 +136,17 @@ def alike_features(first: PosedPicture, second: PosedPicture) -> tuple[Floats, F
 
     Each is in the second image at most once.
     """
-    if first.features is None or second.features is None:
+    return alike(first.features, second.features)
+
+
+def alike(first: Features | None, second: Features | None) -> tuple[Floats, Floats] | None:
+    """Return where features that look alike are, as `alike_features` does."""
+    if first is None or second is None:
         return None
-    (one_px, one), (other_px, other) = first.features, second.features
+    (one_px, one), (other_px, other) = first, second
     nearest, least, next_least = _nearest(one, other)
-    alike = np.flatnonzero(least < _ALIKE * next_least).tolist()
-    kept = {int(nearest[row]): row for row in alike}
+    rows = np.flatnonzero(least < _ALIKE * next_least).tolist()
+    kept = {int(nearest[row]): row for row in rows}
     if len(kept) < _LEAST_OF_PAIR:
         return None
     return one_px[list(kept.values())], other_px[list(kept)]
@@ -158,15 +175,26 @@ def match_features(
     first: PosedPicture, second: PosedPicture, second_from_first: Pose
 ) -> MatchedFeatures | None:
     """Match the features of two images; return None if there are too few, or no image."""
+    found = of_one_motion(alike_features(first, second), unit_px(first.lens))
+    return found and MatchedFeatures((first.lens, second.lens), second_from_first, *found)
+
+
+def of_one_motion(
+    both_px: tuple[Floats, Floats] | None, off_px: float
+) -> tuple[Floats, Floats] | None:
+    """Return those of the features in two images that some motion of one camera explains.
+
+    They are nearer than `off_px` to their epipolar lines. None if they are too few.
+    """
     import cv2
 
-    alike = alike_features(first, second)
-    if alike is None:
+    if both_px is None:
         return None
-    one, other = alike
-    off_px = unit_px(first.lens)
-    _, agree = cv2.findFundamentalMat(one, other, cv2.USAC_MAGSAC, off_px, 0.999, 2000)
+    try:
+        _, agree = cv2.findFundamentalMat(*both_px, cv2.USAC_MAGSAC, off_px, 0.999, 2000)
+    except cv2.error:  # no sample of features has a motion
+        return None
     if agree is None or agree.sum() < _LEAST_OF_PAIR:
         return None
     same = agree.ravel() > 0
-    return MatchedFeatures((first.lens, second.lens), second_from_first, one[same], other[same])
+    return both_px[0][same], both_px[1][same]

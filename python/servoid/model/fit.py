@@ -22,6 +22,7 @@ from servoid.brief import brief
 from servoid.capture import CaptureView, shrunk, views_of
 from servoid.errors import MaskError, MeshError, ModelError
 from servoid.model.border_agreement import border_notes
+from servoid.model.contradicting_views import contradicting_views
 from servoid.model.misfit import center_notes, scale_note, swapped_note
 from servoid.model.misplaced import Fitted, convention_note, misplaced_notes
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
@@ -180,19 +181,16 @@ def fit_views(
         raise ModelError(f"{error}; {convention}") from error
     body = steps[-1].body
     iou_used = _judge(body, native_used)
-    misplaced = misplaced_notes(
-        Fitted(
-            body,
-            steps[-1].fitness,
-            settings,
-            used,
-            native_used,
-            iou_used,
-            is_checked=bool(unused or len(samples)),
-        ),
-        [*used, *unused, *everywhere],
-        request.progress,
+    fitted = Fitted(
+        body,
+        steps[-1].fitness,
+        settings,
+        used,
+        native_used,
+        iou_used,
+        is_checked=bool(unused or len(samples)),
     )
+    misplaced = _misplaced(fitted, unused, everywhere, request.progress)
     doubts = (*(() if swapped is None else (swapped,)), *misplaced)
     return ModelResult(
         body=body,
@@ -211,6 +209,21 @@ def fit_views(
         notes=doubts,
         doubts=doubts,
     )
+
+
+def _misplaced(
+    fitted: Fitted,
+    unused: Sequence[CaptureView],
+    everywhere: Sequence[CaptureView],
+    progress: ProgressCallback | None,
+) -> list[str]:
+    """Report poses that images or masks contradict."""
+    seen = [*fitted.views, *unused]
+    contradiction = contradicting_views(seen)
+    if contradiction is not None and contradiction.is_apart:
+        return [contradiction.words]
+    notes = misplaced_notes(fitted, [*seen, *everywhere], progress)
+    return notes if notes or contradiction is None else [contradiction.words]
 
 
 def fit_mesh(

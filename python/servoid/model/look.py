@@ -9,6 +9,7 @@ import numpy as np
 from servoid._native import ellipsoid_colors, silhouette_ious
 from servoid.capture import Capture, CaptureView, check_measurable
 from servoid.errors import CameraError, ModelError, TargetError
+from servoid.model.contradicting_views import contradicting_views
 from servoid.model.depth_agreement import (
     check_depth_agrees,
     parted_by_stereo,
@@ -222,7 +223,9 @@ def fit_capture_by_paper(
     scale = scale_note(body, natives) if capture.metric else None
     swapped = swapped_note([view.mask for view in natives])
     notes = [*marked.notes, *(() if capture.metric else (NO_METRES,))]
-    doubts = [*marked.doubts, *center_notes(used), swapped, scale]
+    contradiction = contradicting_views(used)
+    apart = contradiction and contradiction.words
+    doubts = [*marked.doubts, *center_notes(used), swapped, apart, scale]
     return _noted(result, targets, notes, doubts, is_metric=capture.metric)
 
 

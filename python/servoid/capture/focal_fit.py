@@ -140,6 +140,17 @@ def _offs_as_given_px(pairs: Sequence[MatchedFeatures]) -> Floats:
     return np.concatenate([_offs_px(pair, np.ones(1))[0] for pair in pairs])
 
 
+def offs_beside_px(pair: MatchedFeatures, shift_px: tuple[float, float]) -> Floats:
+    """Return the distances of features to their epipolar lines, (N,), if lenses are centred beside.
+
+    Their principal points are displaced by so many pixels.
+    """
+    beside = MatchedFeatures(
+        pair.lenses, pair.second_from_first, pair.first_px - shift_px, pair.second_px - shift_px
+    )
+    return _offs_px(beside, np.ones(1))[0]
+
+
 def _offs_px(pair: MatchedFeatures, shares: Floats) -> Floats:
     """Return the distances of features to their epipolar lines for focal length factors, (S, N)."""
     matrix = pair.second_from_first.matrix()

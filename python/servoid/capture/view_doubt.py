@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from servoid.capture.center_fit import views_note
 from servoid.capture.focal_fit import FIT_PX, FocalFit, focal_note, usual_off
 from servoid.capture.located import OffInThird, off_in_third
 from servoid.capture.matched_features import MatchedFeatures
@@ -39,7 +40,7 @@ def doubt_views(album: Album) -> str | None:
     count = _PAIRS if len(album.capture.cameras) == 1 else _PAIRS_OF_LENSES
     apart = FAR_APART if album.capture.is_recording else APART
     matched = matched_neighbours(album, views, count=count, apart=apart)
-    return focal_note([pair for _, pair in matched], is_rig=False)
+    return views_note([pair for _, pair in matched])
 
 
 def _doubt_moving(album: Album, views: Sequence[PosedView]) -> str | None:

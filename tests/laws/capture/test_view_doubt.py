@@ -8,6 +8,7 @@ import pytest
 from true_captures import TRUE_CAPTURES, true_capture, with_focal_share
 
 from servoid.batch.captures import CaptureCase, model_capture
+from servoid.camera import Lens
 from servoid.capture import (
     Capture,
     PosedImage,
@@ -54,6 +55,27 @@ def with_focal(capture: Capture, *shares: float) -> Capture:
         for camera, share in zip(capture.cameras, shares, strict=True)
     )
     return replace(capture, cameras=cameras)
+
+
+def with_center(capture: Capture, off_px: tuple[float, float]) -> Capture:
+    """Let the camera of a capture tell another principal point."""
+    (camera,) = capture.cameras
+    known = camera.lens
+    lens = Lens(
+        model=known.model,
+        size_px=known.size_px,
+        focal_px=known.focal_px,
+        center_px=(known.center_px[0] + off_px[0], known.center_px[1] + off_px[1]),
+        distortion=known.distortion,
+    )
+    return replace(capture, cameras=(replace(camera, lens=lens),))
+
+
+def named_center_px(doubt: str | None) -> tuple[float, ...]:
+    """Return the principal point that a sentence names."""
+    assert doubt is not None and "the images fit a principal point of about (" in doubt
+    named = doubt.split("principal point of about (")[1].split(")")[0]
+    return tuple(map(float, named.split(", ")))
 
 
 def apart(capture: Capture, share: float) -> Capture:
@@ -114,6 +136,16 @@ def test_a_wrong_focal_length_of_one_camera_that_moves_is_told(share: float, han
     doubt = doubt_for_model(alone)
     assert doubt is not None and doubt.startswith("the images fit a focal length of about")
     assert doubt_calibration(alone) is None  # what it sees may move
+
+
+@pytest.mark.parametrize("off_px", [(12.0, 0.0), (-8.0, 9.0)])
+def test_a_wrong_principal_point_is_told_and_no_focal_length_is_advised(
+    off_px: tuple[float, float], hand: Capture
+) -> None:
+    alone = replace(hand, cameras=hand.cameras[:1])
+    doubt = doubt_for_model(with_center(alone, off_px))
+    assert named_center_px(doubt) == pytest.approx(alone.cameras[0].lens.center_px, abs=2.0)
+    assert doubt is not None and "focal length" not in doubt
 
 
 @pytest.mark.parametrize("shares", [(0.93, 1.0), (1.0, 0.93)])
@@ -190,3 +222,11 @@ def test_a_wrong_focal_length_of_a_recorded_rig_that_moves_is_told(
     some = replace(capture, cameras=capture.cameras[:count])
     doubt = doubt_for_model(with_focal(some, *[share] * count))
     assert doubt is not None and "fit a focal length of about 57" in doubt
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("name", ["photos/temple", "photos/skull"])
+def test_a_wrong_principal_point_of_photographs_is_told(name: str) -> None:
+    capture = true_capture(name)
+    doubt = doubt_for_model(with_center(capture, (25.0, 0.0)))
+    assert named_center_px(doubt) == pytest.approx(capture.cameras[0].lens.center_px, abs=3.0)

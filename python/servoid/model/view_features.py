@@ -45,8 +45,8 @@ def look(view: CaptureView) -> Looked | None:
         return None
     if image.shape[:2] != mask.shape or not mask.any():
         return None
-    top, bottom = _ends(mask.any(axis=1))
-    left, right = _ends(mask.any(axis=0))
+    top, bottom = _ends(mask, axis=1)
+    left, right = _ends(mask, axis=0)
     found = _found(image, mask, (top, bottom, left, right))
     if found is None:
         return None
@@ -118,9 +118,9 @@ def _found(
     return found and ((found[0] + 0.5) * by - 0.5 + np.array([left, top]), found[1])
 
 
-def _ends(there: NDArray[np.bool_]) -> tuple[int, int]:
-    """Return the first place, and that after the last."""
-    places = np.flatnonzero(there)
+def _ends(mask: NDArray[np.uint8], axis: int) -> tuple[int, int]:
+    """Return the first place of a mask across an axis, and that after the last."""
+    places = np.flatnonzero(mask.any(axis=axis))
     return int(places[0]), int(places[-1]) + 1
 
 

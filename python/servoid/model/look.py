@@ -96,7 +96,8 @@ def fit_capture(
             doubts.extend(parted)
     alone = len(known) + len(marked.others) == 1 and not len(samples)
     if alone or distance_m is not None:
-        distance_m = _distance(distance_m, alone, capture.notes)
+        alone_of = _one_instant(capture, known[0]) if observations is None else ""
+        distance_m = _distance(distance_m, alone, capture.notes, alone_of)
         result = fit_one_view(known[0], distance_m, request)
         return _noted(result, targets, notes, doubts, is_metric=capture.metric)
     if marked.others and (len(known) < 2 or marked.from_targets):
@@ -229,14 +230,28 @@ def fit_capture_by_paper(
     return _noted(result, targets, notes, doubts, is_metric=capture.metric)
 
 
-def _distance(distance_m: float | None, alone: bool, notes: Sequence[str]) -> float:
+def _one_instant(capture: Capture, view: CaptureView) -> str:
+    """Say why only one view of a recording was used; empty if all of a capture are."""
+    if not capture.is_recording or len(capture) < 2:
+        return ""
+    return (
+        " The capture is a recording (it has a rate, rate_hz), in which the object may move: only "
+        f"{view.name} was used, one of {len(capture)} instants. If the object was at rest, use all "
+        f"of them with --observations 0:{len(capture)}, or remove rate_hz from capture.toml. "
+        "Otherwise,"
+    )
+
+
+def _distance(
+    distance_m: float | None, alone: bool, notes: Sequence[str], why_alone: str = ""
+) -> float:
     """Return the distance if it is needed and given; what is noted of depth may say why it is."""
     if distance_m is None:
         of_depth = "".join(f"; {note}" for note in notes if "depth" in note)
         raise ModelError(
-            "modelling needs at least two views from different places, but 1 was given: a single "
-            "image does not determine how far the object is; give its distance in metres, such as "
-            f"--distance 0.6{of_depth}"
+            "modelling needs at least two views from different places, but 1 was "
+            f"{'used.' if why_alone else 'given:'}{why_alone} a single image does not determine "
+            f"how far the object is; give its distance in metres, such as --distance 0.6{of_depth}"
         )
     if not alone:
         raise ModelError(

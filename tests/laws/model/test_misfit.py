@@ -11,8 +11,8 @@ from conftest import CENTER_PX, FOCAL_PX, SIZE_PX, Command, Drawing, write_png
 from servoid._native import View as NativeView
 from servoid.camera import Camera, Lens, read_mask, undistortion
 from servoid.capture import View, open_capture
-from servoid.errors import CameraError, DoubtError, MaskError, MeshError
-from servoid.model import fit, fit_mesh
+from servoid.errors import CameraError, DoubtError, MaskError, MeshError, ModelError
+from servoid.model import Request, fit, fit_capture, fit_mesh
 from servoid.model.misfit import misfit_notes, scale_note, swapped_note
 from servoid.pose import Pose
 from servoid.segment import BoxTarget, find_object, find_with_doubts, finding
@@ -254,3 +254,17 @@ def test_lengths_in_another_unit_are_a_doubt(scale: float, why: str | None) -> N
     seen = [NativeView(camera=camera, world_from_camera=Pose.identity(), mask=mask)]
     told = scale_note(ball, seen)
     assert (told is None) if why is None else (told is not None and why in told)
+
+
+def test_photographs_with_a_rate_are_told_that_one_instant_of_a_recording_is_used(
+    drawn_capture: Path,
+) -> None:
+    edit("capture.toml", "version = 1", "version = 1\nrate_hz = 30")(drawn_capture)
+    capture = open_capture(drawn_capture)
+    with pytest.raises(ModelError, match=r"a recording \(it has a rate, rate_hz\)") as refused:
+        fit_capture(capture)
+    told = str(refused.value)
+    assert "only eye/0000 was used, one of 8 instants" in told
+    assert "with --observations 0:8, or remove rate_hz from capture.toml" in told
+    made = fit_capture(capture, Request(max_ellipsoids=1), observations=slice(0, 8))
+    assert len(made.used_views) == 8

@@ -1,5 +1,7 @@
 """Broken meshes are closed as they were meant, or refused with the place of the fault."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from broken_meshes import (
@@ -222,3 +224,17 @@ def test_a_surface_is_not_rebuilt_from_cells_that_no_memory_holds(cells: int) ->
     ball = trimesh.creation.icosphere(subdivisions=1)
     with pytest.raises(BodyError, match=str(cells)):
         Soup(vertices=ball.vertices, faces=ball.faces).rebuilt(cells)
+
+
+def test_parts_that_are_away_from_each_other_are_named(tmp_path: Path) -> None:
+    ball = trimesh.creation.icosphere(2, 0.05)
+    near, far = (ball.copy().apply_translation([0.0, 0.0, z]) for z in (0.09, 0.3))
+    trimesh.util.concatenate([ball, near]).export(tmp_path / "near.ply")
+    assert not any("away" in note for note in read_mesh(tmp_path / "near.ply").notes)
+    trimesh.util.concatenate([ball, near, far]).export(tmp_path / "far.ply")
+    notes = read_mesh(tmp_path / "far.ply").notes
+    assert any(
+        note.startswith("the mesh has 2 parts that are away from each other, around (0, 0, 0.045)")
+        and "(0, 0, 0.3); if they are several objects" in note
+        for note in notes
+    ), notes

@@ -11,6 +11,7 @@ from servoid.config import SHAPE_FILE, read_bytes, size_note
 from servoid.errors import MeshError, MissingExtraError, located
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_counts import check_counts
+from servoid.exchange.shapes.mesh_repair import apart_note
 from servoid.words import are, counted, measured
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
@@ -58,8 +59,8 @@ def read_mesh(path: Path) -> MeshFile:
     with located(str(path)):
         _check_numbers(vertices, faces)
         vertices, faces, notes = close_mesh(vertices, faces)
-    note = size_note("the mesh", np.ptp(vertices, axis=0))
-    return MeshFile(vertices, faces, notes if note is None else (*notes, note))
+    found = (apart_note(vertices, faces), size_note("the mesh", np.ptp(vertices, axis=0)))
+    return MeshFile(vertices, faces, (*notes, *(note for note in found if note is not None)))
 
 
 def _parse(path: Path, data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -12,6 +12,8 @@ Vertices = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 _WELD = 1e-7  # of the mesh's diagonal
+_APART = 0.01  # of the mesh's diagonal: the least gap between parts that are away from each other
+_MOST_PARTS = 500  # whose boxes are compared
 _LEAST_AROUND = 4  # faces: the minimum with which a part can enclose another
 
 
@@ -52,6 +54,29 @@ def parts(vertices: Vertices, faces: Faces) -> NDArray[np.int64]:
     """Return the connected part to which each face belongs, (F,)."""
     links = np.concatenate([faces[:, :2], faces[:, 1:]])
     return labels(len(vertices), links)[faces[:, 0]]
+
+
+def apart_note(vertices: Vertices, faces: Faces) -> str | None:
+    """Report parts that stay away from each other, by their bounding boxes; None if all meet."""
+    _, part = np.unique(parts(vertices, faces), return_inverse=True)
+    count = int(part.max()) + 1
+    if not 2 <= count <= _MOST_PARTS:
+        return None
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, part, vertices[faces].min(axis=1))
+    np.maximum.at(high, part, vertices[faces].max(axis=1))
+    gap = _APART * size(vertices)
+    meet = ((low[:, None] - gap <= high[None]) & (low[None] - gap <= high[:, None])).all(axis=2)
+    groups = labels(count, np.argwhere(np.triu(meet, 1)))
+    kinds = np.unique(groups)
+    if len(kinds) == 1:
+        return None
+    places = [place(vertices[faces[groups[part] == kind]].reshape(-1, 3)) for kind in kinds[:3]]
+    more = "" if len(kinds) <= len(places) else " and elsewhere"
+    return (
+        f"the mesh has {len(kinds)} parts that are away from each other, around "
+        f"{', '.join(places)}{more}; if they are several objects, model each by itself"
+    )
 
 
 def weld(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:

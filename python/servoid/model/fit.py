@@ -25,6 +25,7 @@ from servoid.model.border_agreement import border_notes
 from servoid.model.contradicting_views import contradicting_views
 from servoid.model.misfit import center_notes, scale_note, swapped_note
 from servoid.model.misplaced import Fitted, convention_note, misplaced_notes
+from servoid.model.neighbours import stray_note
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import Coverage, ModelResult
 from servoid.model.running import Progress, ProgressCallback, in_parallel, run_core
@@ -246,26 +247,18 @@ def fit_mesh(
     request = request or Request()
     given = request.given(mesh=Mesh(vertices=vertices, faces=faces))
     try:
-        return _fit_shape(given, NO_RANGE_SAMPLES, request, notes)
+        return fit_shape(given, NO_RANGE_SAMPLES, request, notes)
     except MaskError as error:  # no silhouette from any side shows it
-        sides = np.sort(_sides(np.asarray(vertices, np.float64)))[::-1]
+        corners = np.asarray(vertices, np.float64)
+        sides = " x ".join(map(digits, np.sort(_sides(corners))[::-1]))
+        stray = stray_note(corners, "vertex", "vertices")
         raise MeshError(
-            f"the mesh is too thin to be modelled: it is {' x '.join(map(digits, sides))} m large; "
+            f"the mesh is too thin to be modelled: it is {sides} m large; "
             "ellipsoids need a solid: give it thickness, or model its parts separately"
+            if stray is None
+            else f"the mesh cannot be modelled: it is {sides} m large, but {stray}; remove what is "
+            "apart in a mesh editor"
         ) from error
-
-
-def fit_range_samples(
-    samples: RangeSamples, request: Request | None = None, *, notes: Sequence[str] = ()
-) -> ModelResult:
-    """Model a body from range samples of its surface alone.
-
-    Raises:
-        ModelError: there are too few samples, or a setting is out of range.
-
-    """
-    request = request or Request()
-    return _fit_shape(request.given(range_samples=samples), samples, request, notes)
 
 
 def _sides(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -275,9 +268,16 @@ def _sides(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.ptp(exact.product(offsets, axes), axis=0)
 
 
-def _fit_shape(
+def fit_shape(
     given: ModelInput, samples: RangeSamples, request: Request, notes: Sequence[str]
 ) -> ModelResult:
+    """Model a body from a mesh or a cloud alone, without the views of a capture.
+
+    Raises:
+        MaskError: no silhouette of the mesh covers a pixel.
+        ModelError: as for `fit`.
+
+    """
     start = time.perf_counter()
     settings = request.settings()
     steps = run_core(lambda report: fit_body(given, settings, report), request.progress)

@@ -9,6 +9,7 @@ from servoid._native import Body, View
 from servoid.camera import principal_point_note
 from servoid.capture import CaptureView
 from servoid.config import MODELLED_AWAY_M, MODELLED_SIZE_M
+from servoid.model.verdict import GOOD_IOU, LEAST_IOU
 from servoid.pose import exact
 from servoid.words import counted, measured
 
@@ -65,6 +66,23 @@ def depth_misfit_note(ious: NDArray[np.float64], fitness: float, *, is_coarse: b
         f"{ious.min():.2f} and more, but with the depth it fits the input by F = {fitness:.2f} "
         "only, where right bodies reach 0.87: the mask holds other things as well, or the depth "
         "is not that of the object; look at the mask and the depth image"
+    )
+
+
+def shape_misfit_note(fitness: float, *, is_cloud: bool, is_coarse: bool) -> str | None:
+    """Report a mesh or a cloud that a body does not fit; else None.
+
+    `is_coarse` says that it has as many ellipsoids as were allowed, and may lack some.
+    """
+    if fitness >= LEAST_IOU:
+        return None
+    what = "cloud" if is_cloud else "mesh"
+    odd = "points that are not of the object, " if is_cloud else "a hollow, "
+    more = "It may need more ellipsoids; else the " if is_coarse else "The "
+    return (
+        f"the body does not fit the {what}: F is {fitness:.2f} only, where good bodies reach "
+        f"{GOOD_IOU:g}. {more}{what} may have {odd}thin walls, a floor or several objects: keep "
+        "one object alone, and model thin or hollow parts by themselves"
     )
 
 

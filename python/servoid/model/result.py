@@ -20,7 +20,7 @@ from servoid._native import (
 )
 from servoid.brief import brief, said
 from servoid.capture import CaptureView
-from servoid.model.misfit import depth_misfit_note, misfit_notes
+from servoid.model.misfit import depth_misfit_note, misfit_notes, shape_misfit_note
 from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.verdict import ModelVerdict, rate_body
 from servoid.shape import MadeBy, SeenEntry, save_body
@@ -88,11 +88,12 @@ class ModelResult:
     `colors` is (K, 3) uint8 RGB, one per ellipsoid. `steps` has the result for each count, the last
     being the body itself. `iou_used` and `iou_unused` are float64, the silhouette IoU in each of
     `used_views` and `unused_views`; `native_used` and `native_unused` are the same views in the
-    core's form. `range_samples` are the measured points. `surface` is what was seen of the surface,
-    None where all of it is known. `notes` are messages for the user, and `doubts` those of them
-    that say why the body may be wrong although its views fit it: what a target found, masks, poses,
-    units or the calibration. `targets` is how the object was marked. `seconds` is the duration of
-    the whole call. `is_metric` is False if lengths are in an unknown unit, that of the capture.
+    core's form. `range_samples` are the measured points, and `outline` that of a cloud that was
+    seen from one viewpoint, as a view. `coverage` is what was seen of the surface, None where all
+    of it is known. `notes` are messages for the user, and `doubts` those of them that say why the
+    body may be wrong although its input fits it: what a target found, masks, poses, units, normals
+    or the calibration. `targets` is how the object was marked. `seconds` is the duration of the
+    whole call. `is_metric` is False if lengths are in an unknown unit, that of the capture.
     """
 
     body: Body
@@ -108,6 +109,7 @@ class ModelResult:
     native_used: tuple[View, ...] = ()
     native_unused: tuple[View, ...] = ()
     range_samples: RangeSamples = NO_RANGE_SAMPLES
+    outline: View | None = None
     coverage: Coverage | None = None
     targets: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -168,9 +170,13 @@ class ModelResult:
             for kind, views, ious in parts
             for note in misfit_notes(kind, [view.name for view in views], ious)
         ]
-        if len(self.range_samples):
+        is_coarse = len(self.body) >= self.settings.max_ellipsoids
+        if not (self.used_views or self.unused_views):
+            is_cloud = len(self.range_samples) > 0
+            shape = shape_misfit_note(self.fitness, is_cloud=is_cloud, is_coarse=is_coarse)
+            notes += [] if shape is None else [shape]
+        elif len(self.range_samples):
             ious = np.concatenate([self.iou_used, self.iou_unused])
-            is_coarse = len(self.body) >= self.settings.max_ellipsoids
             depth = depth_misfit_note(ious, self.fitness, is_coarse=is_coarse)
             notes += [] if depth is None else [depth]
         return notes

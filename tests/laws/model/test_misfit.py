@@ -198,6 +198,31 @@ def test_a_mesh_that_no_picture_shows_is_called_too_thin() -> None:
         fit_mesh(np.asarray(needle.vertices), np.asarray(needle.faces, np.int64))
 
 
+def test_a_vertex_far_from_all_others_is_named_instead() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    ball = trimesh.creation.icosphere(4, 0.1)
+    corners = np.array(ball.vertices)
+    corners[0] = [50.0, 0.0, 0.0]
+    with pytest.raises(
+        MeshError, match=r"1 of 2562 vertices lies apart .* at \(50, 0, 0\); remove"
+    ):
+        fit_mesh(corners, np.asarray(ball.faces, np.int64))
+
+
+def test_a_mesh_that_its_body_does_not_fit_is_poor_and_told_why() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    ball, hole = trimesh.creation.icosphere(3, 0.1), trimesh.creation.icosphere(3, 0.095)
+    hole.invert()
+    few = Request(max_ellipsoids=2)
+    shell = trimesh.util.concatenate([ball, hole])
+    made = fit_mesh(np.asarray(shell.vertices), np.asarray(shell.faces, np.int64), few)
+    assert made.verdict.word == "poor"
+    (doubt,) = made.all_doubts
+    assert "the body does not fit the mesh: F is 0." in doubt and "a hollow, thin walls" in doubt
+    fine = fit_mesh(np.asarray(ball.vertices), np.asarray(ball.faces, np.int64), few)
+    assert fine.verdict.word == "good" and fine.all_notes == ()
+
+
 def test_poses_in_millimetres_are_noticed(
     drawn_capture: Path, tmp_path: Path, servoid_command: Command
 ) -> None:

@@ -38,7 +38,12 @@ def test_a_doubt_makes_a_good_body_rough_and_no_body_better() -> None:
         views = [*FINE, ("eye/2", iou)]
         assert rate_body(views, 0.9, ["its mask is odd"]) == rate_body(views, 0.9)
         assert rate_body(views, 0.9).word == word
-    assert rate_body([], 0.9, ["its mask is odd"]).word is None
+
+
+def test_a_body_without_views_is_rated_by_its_fitness() -> None:
+    for fitness, word in ((0.85, "good"), (0.7, "rough"), (0.5, "poor")):
+        assert rate_body([], fitness).words.startswith(f"{word}: the body fits the input with F = ")
+    assert rate_body([], 0.9, ["its normals are odd"]).words.startswith("rough, as it is in doubt")
 
 
 def test_a_view_that_the_body_does_not_fit_is_a_doubt() -> None:

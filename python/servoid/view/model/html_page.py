@@ -136,6 +136,11 @@ def _fitness_words(result: ModelResult) -> str:
         of = f"{outlines}, and of body and object {lines}, as their geometric mean"
     elif result.used_views:
         of = outlines
+    elif result.outline is not None:
+        of = (
+            f"of body and object {lines}, and of the cloud's outline and the silhouette from its "
+            "viewpoint, as a geometric mean in which the outline counts more"
+        )
     elif len(result.range_samples):
         of = f"of body and object {lines}"
     else:

@@ -4,7 +4,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from servoid.errors import MeshError
-from servoid.model.cloud_checks import extent_doubt, orientation_of, viewpoint_doubts
+from servoid.model.cloud_checks import (
+    extent_doubt,
+    ground_doubt,
+    orientation_of,
+    viewpoint_doubts,
+)
 from servoid.model.cloud_outline import is_around, outline_view, outlook, viewpoint_of
 from servoid.model.fit import Request, fit_shape
 from servoid.model.neighbours import stray_note, stray_points
@@ -57,6 +62,5 @@ def fit_range_samples(
         request = replace(request, silhouette_weight=_OUTLINE_WEIGHT)
     given = request.given(views=[outline], range_samples=samples)
     result = replace(fit_shape(given, samples, request, told), outline=outline)
-    return result.doubted(
-        [*viewpoint_doubts(samples, seen, eye), extent_doubt(result.body, samples)]
-    )
+    doubts = (*viewpoint_doubts(samples, seen, eye), ground_doubt(samples, eye))
+    return result.doubted([*doubts, extent_doubt(result.body, samples)])

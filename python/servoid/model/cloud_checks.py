@@ -20,6 +20,10 @@ _INWARD = 0.05  # inwardness of a closed surface; -0.15 and less, of a mug, and 
 _HOLLOW = 0.07  # of one side; -0.03 at most, but 0.5 of a mug seen from above
 _DISCORD = 0.2  # 0.09 at most; with 40 % of the normals reversed 0.47 and more
 _HIDDEN = 0.25  # 0.22 at most; seen from all sides mostly more
+# Of the points: on a plane, before it, and both, from which on the object seems to be on a table
+_ON_GROUND, _BEFORE, _BOTH = 0.3, 0.03, 0.9
+_THIN = 0.015  # half the thickness of that plane, of the cloud's radius
+_PLANES = 100
 _BEYOND = 1.5  # longest side of the body, in that of the cloud
 
 
@@ -81,6 +85,30 @@ def viewpoint_doubts(samples: RangeSamples, seen: Outlook, eye: NDArray[np.float
             "was seen, or, if it was seen from several sides, save it with normals"
         )
     return doubts
+
+
+def ground_doubt(samples: RangeSamples, eye: NDArray[np.float64]) -> str | None:
+    """Report a plane with much of a cloud, before which the rest lies, as on a table; else None."""
+    points = samples.points
+    if len(points) < _LEAST:
+        return None
+    queries = some_of(len(points), _PLANES)
+    near, _ = nearest(points, queries, 60)
+    normals = surface_normals(points, near)
+    toward = ((eye - points[queries]) * normals).sum(axis=1, keepdims=True)
+    normals = np.where(toward < 0.0, -normals, normals)
+    heights = exact.product(points, np.ascontiguousarray(normals.T))
+    heights = heights - (points[queries] * normals).sum(axis=1)
+    thin = _THIN * float(exact.lengths(points - points.mean(axis=0)).max())
+    on = (np.abs(heights) <= thin).mean(axis=0)
+    best = int(np.argmax(on))
+    before = float((heights[:, best] > 2.0 * thin).mean())
+    if on[best] < _ON_GROUND or before < _BEFORE or on[best] + before < _BOTH:
+        return None
+    return (
+        f"{100.0 * on[best]:.0f} % of the points lie on a plane, and the others before it: if that "
+        "is a table, a floor or a wall, it was modelled as well; remove its points from the cloud"
+    )
 
 
 def extent_doubt(body: Body, samples: RangeSamples) -> str | None:

@@ -212,3 +212,13 @@ def test_points_far_from_all_others_are_left_out_with_a_note(half: ModelResult) 
     assert 57 <= count <= 60
     assert "lie apart from the others, up to" in note and note.endswith("and were left out")
     assert body_sides(result.body) == pytest.approx(body_sides(half.body), rel=0.1)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.001])
+def test_a_table_below_the_object_is_a_doubt(noise: float) -> None:
+    random = np.random.default_rng(4)
+    flat = random.uniform(-0.3, 0.3, (3000, 3)) * [1.0, 1.0, 0.0] - [0.0, 0.0, 0.5 * DEEP]
+    table = flat + noise * random.normal(size=flat.shape)
+    result = fit(np.concatenate([one_side(noise), table]), eye=EYE)
+    assert any("if that is a table, a floor or a wall" in doubt for doubt in result.doubts)
+    assert result.verdict.word != "good"

@@ -37,7 +37,6 @@ from servoid.source import Instant
 from servoid.track import Historian, LearnedSurface, TrackResult, TrackStep
 from servoid.track.history import MOST_CHANGES
 from servoid.view.track.growth_picture import surface_colors
-from servoid.view.track.timeline_plot import draw_timeline, notice_times
 from servoid.view.track.turning import Cause
 
 MOVING = Pair(centers=tuple((0.012 + 0.004 * i, -0.008, 0.42) for i in range(5)))
@@ -312,12 +311,6 @@ def test_an_ellipsoid_has_the_colour_of_the_points_that_lie_on_it() -> None:
     assert len({tuple(one) for one in bare.tolist()}) == 2
 
 
-def test_notices_that_differ_by_numbers_are_one_kind() -> None:
-    notices = [["dark by 3"], ["late", "dark by 4.5"], [], ["dark by 5"]]
-    track = track_of([OWN] * 4, lambda place: {"notices": notices[place]})
-    assert notice_times(track) == {"dark by 3 to 5": pytest.approx([0.0, 0.1, 0.3]), "late": [0.1]}
-
-
 def test_a_track_that_was_never_confirmed_and_has_no_drift_has_a_report(tmp_path: Path) -> None:
     lost = track_of([turned((0.0, 0.0, 0.0))], lambda _: {"status": "lost"})
     result = TrackResult("a <b>", lost, plain_body(OWN, count=2, radius_m=RADIUS_M))
@@ -329,19 +322,6 @@ def test_a_track_that_was_never_confirmed_and_has_no_drift_has_a_report(tmp_path
     page = Page((tmp_path / "r" / "report.html").read_text(encoding="utf-8"))
     assert page.content["h1"] == ["The track of a <b>"]
     assert page.content["li"] == ["<i>{{script}}"]
-
-
-def test_what_puts_all_poses_in_doubt_is_a_notice_of_each_observation(tmp_path: Path) -> None:
-    track = track_of([OWN] * 3, lambda place: {"notices": ["dark"] * place})
-    doubt = "the images contradict the poses of the rig"
-    result = TrackResult("object", track, plain_body(count=2), smoothed=[OWN] * 3, rig_doubt=doubt)
-    view.write_track_report(result, history_of(3), tmp_path / "report")
-    page = (tmp_path / "report" / "report.html").read_text()
-    assert re.search(r"<td>the poses of the rig are in doubt</td><td>3</td>", page)
-    without = replace(result, rig_doubt=None)
-    pictures = [draw_timeline(track, one.notices_on_all) for one in (result, without)]
-    heights = [cv2.imdecode(np.frombuffer(one, np.uint8), 1).shape[0] for one in pictures]
-    assert heights[0] > heights[1], "it has a lane of its own"
 
 
 @pytest.fixture(scope="module")

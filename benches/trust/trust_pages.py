@@ -11,6 +11,7 @@ import numpy as np
 
 from servoid.output import write_together
 from servoid.view.axes import DISTINCT, dress, new_figure, png
+from servoid.view.page import QUIET_INK
 from trust_table import BINS, REGION, Row, joined
 
 if TYPE_CHECKING:
@@ -111,5 +112,8 @@ def _coverage(axes: "Axes", rows: dict[str, Row]) -> None:
         axes.plot(covered, heights + 0.2 * (1 - place), "o", color=color, label=name)
     axes.axvline(100.0 * REGION, color="#888888", linestyle=":", linewidth=1.0)
     axes.set_yticks(heights, labels=list(rows))
+    for height, row in zip(heights, rows.values(), strict=True):
+        if np.isnan(row.covered_percent).all():
+            axes.text(2.0, height, "not tracked", va="center", color=QUIET_INK, fontsize=9)
     axes.set(xlim=(0.0, 102.0), xlabel="true poses in the region of 95 % [%]")
-    axes.legend(frameon=False, loc="upper left")
+    axes.legend(frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))

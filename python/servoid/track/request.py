@@ -128,6 +128,10 @@ class Request:
         for name, value in (("every", self.every), ("evolve_every", self.evolve_every)):
             if value < 1:
                 raise TrackError(f"{name} is {value}; choose 1 or more")
+        if type(self.observations) is not slice:
+            raise TrackError(
+                f"observations is {self.observations!r:.60}; give a slice, such as slice(0, 20)"
+            )
 
     def check(self) -> None:
         """Check the settings before anything is read.

@@ -18,8 +18,8 @@ _LEAST_JUDGED = 5  # observations after the first, where the object was shown
 _STATE_WORDS = {"located": "searching, located"}
 _NOWHERE = (
     "no image after the first confirms a pose: the views may differ too much from one to the next, "
-    "or the first pose is wrong; then give another --start, or mark the object in the first "
-    "observation with --target or a mask"
+    "the object may be another one or not in view, or the first pose is wrong; then give the right "
+    "one with --start, or mark the object in the first observation with --target or a mask"
 )
 
 

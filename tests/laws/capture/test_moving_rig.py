@@ -174,7 +174,7 @@ def test_a_track_with_wrong_poses_of_its_rig_is_not_good(moving: Capture, tmp_pa
         assert said == [fault is not None] * 9, "with each pose, for who reads only these"
         told = {(point.status, point.confidence > 0.0) for point in points}
         assert told == {("tracking", True) if fault is None else ("searching", False)}
-        assert "give another --start" not in words
+        assert "--start" not in words
 
 
 @pytest.mark.extended

@@ -270,13 +270,6 @@ def test_the_settings_reach_the_core_and_none_stays_none(
     assert options["population"] is None
 
 
-def test_a_request_that_means_nothing_is_refused() -> None:
-    with pytest.raises(TrackError, match="every is 0; choose 1 or more"):
-        Request(every=0)
-    with pytest.raises(TrackError, match="evolve_every is -1"):
-        Request(evolve_every=-1)
-
-
 def test_another_tracker_can_take_the_core_s_place(
     video: Path, fake_core: type[FakeTracker]
 ) -> None:

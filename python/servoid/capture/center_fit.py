@@ -17,16 +17,12 @@ from servoid.capture.matched_features import MatchedFeatures, unit_px
 from servoid.pose import exact
 from servoid.words import digits
 
-_REACH, _STEPS = (
-    60.0,
-    12,
-)  # at 1000 px of diagonal: what is tried to each side, and in how many steps
+_REACH = 60.0  # at 1000 px of diagonal: what is tried to each side
+_STEPS = 12  # in which it is tried
 _FINER = 4  # times, in the second round
 _DOUBTED_PX = 0.3  # at 1000 px of diagonal: of right photographs, features are off by 0.2
 _CLEARLY = 1.1  # factor by which one of two fits is better
-_EXPLAINED = (
-    3.0  # the same of a principal point that is reported though no focal length fits better
-)
+_EXPLAINED = 3.0  # the same where a principal point is reported and no focal length fits better
 _CLOSE_PX = 8.0  # at 1000 px of diagonal: an error that is not reported
 
 

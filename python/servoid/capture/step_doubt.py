@@ -47,7 +47,9 @@ _BACK_PX = 0.3  # off the start, of what is followed there and back
 _WINDOW_PX = (15, 15)
 
 _STILL_OFF = 0.2  # share of what rests off its lines, as of a camera that was moved
-_LEAST_STILL = 10  # features
+_LEAST_STILL = 0.5  # features, per one that moves: fewer are matched wrongly, as all moves
+_LEAST_OF_INSTANT = 3  # features that move, by which an instant is late or not
+_LATE = 0.5  # of the lag, from which on it is
 
 Between = tuple[PosedPicture, PosedPicture, PosedPicture]
 
@@ -119,9 +121,10 @@ def doubt_step(capture: Capture, *, among: Sequence[int] | None = None) -> str |
             pair = _Pair(coarse, (first, second))
             order = _most_moving(pair, _instants(pair, among))
             if any(_alike(pair, index, 0) is not None for index in order[:_SETTLED]):
-                note = _note(pair, _lag_of(pair, _Pair(fine, pair.cameras), order))
-                if note is not None:
-                    return note
+                for some in (order, _later_half(order)):
+                    lag = _lag_of(pair, _Pair(fine, pair.cameras), some)
+                    if lag is not None:
+                        return _note(pair, lag, _since(pair, lag, sorted(order)))
                 break
     return None
 
@@ -147,6 +150,12 @@ def _most_moving(pair: _Pair, instants: Sequence[int]) -> list[int]:
     moves = {index: _motion(pair, index) for index in instants}
     kept = [index for index in instants if moves[index] > 0.0]
     return sorted(kept, key=lambda index: -moves[index])
+
+
+def _later_half(order: Sequence[int]) -> list[int]:
+    """Return the later half of some instants in the same order, since an image may be dropped."""
+    middle = sorted(order)[len(order) // 2]
+    return [index for index in order if index >= middle]
 
 
 def _motion(pair: _Pair, index: int) -> float:
@@ -263,8 +272,7 @@ def _estimated(pair: _Pair, order: Sequence[int], shift: int) -> Lag | None:
         seen.append(one)
         if len(seen) < _SETTLED:
             continue
-        still, off = sum(one.still for one in seen), sum(one.still_off for one in seen)
-        if still >= _LEAST_STILL and off > _STILL_OFF * still:
+        if _is_moved(seen):
             return None
         lag = fit_lag([one.moving for one in seen])
         if not _is_known(lag):
@@ -274,6 +282,13 @@ def _estimated(pair: _Pair, order: Sequence[int], shift: int) -> Lag | None:
         if _is_out(lag) and len(seen) >= _LEAST_INSTANTS:
             return lag
     return lag
+
+
+def _is_moved(seen: Sequence[_Compared]) -> bool:
+    """Return whether what rests is off its lines, as if a camera was moved."""
+    still, off = sum(one.still for one in seen), sum(one.still_off for one in seen)
+    moving = sum(len(one.moving.off) for one in seen)
+    return still > _LEAST_STILL * moving and off > _STILL_OFF * still
 
 
 def _is_suspect(lag: Lag) -> bool:
@@ -295,22 +310,43 @@ def _is_out(lag: Lag) -> bool:
     return lag.least > _LEAST_LAG and abs(lag.images) > _ERRORS * lag.error
 
 
-def _note(pair: _Pair, lag: Lag | None) -> str | None:
-    if lag is None:
-        return None
+def _since(pair: _Pair, lag: Lag, instants: Sequence[int]) -> int | None:
+    """Return the observation from about which on a camera lags; None if that is unclear, or in all.
+
+    A camera that drops an image in the middle of a recording was in step before.
+    """
+    there, late = [], []
+    for index in instants:
+        one = _compared(pair, index, 0)
+        moving = None if one is None else one.moving
+        if moving is None or moving.moving < _LEAST_OF_INSTANT:
+            continue
+        moves = np.abs(moving.speeds) > _SPEED
+        there.append(index)
+        late.append(np.median(moving.off[moves] / moving.speeds[moves]) / lag.images > _LATE)
+    first = late.index(True) if True in late else 0
+    is_clear = first >= _SETTLED and len(late) - first >= _SETTLED and all(late[first:])
+    return there[first] if is_clear else None
+
+
+def _note(pair: _Pair, lag: Lag, since: int | None) -> str:
     first, second = (camera_called(camera.name) for camera in pair.both)
     late, other = (second, first) if lag.images > 0.0 else (first, second)
     images = abs(lag.images)
     late_ms = round(1000.0 * images * _step_s(pair.album.capture))
     whole = round(images)
+    when, there = "", ""
+    if since is not None:
+        when = f" from about observation {since} on, but not before"
+        there = "from there on, "
     cure = "synchronise the cameras"
     if whole and abs(images - whole) < _LEAST_LAG:
         cure = (
-            f"give each image of {other} the one of {late} that comes {counted(whole, 'image')} "
-            f"later, or {cure}"
+            f"{there}give each image of {other} the one of {late} that comes "
+            f"{counted(whole, 'image')} later, or {cure}"
         )
     return (
-        f"{late} is {late_ms} ms ({images:.1f} images) behind {other}: "
+        f"{late} is {late_ms} ms ({images:.1f} images) behind {other}{when}: "
         f"{counted(lag.moving, 'moving feature')} in {counted(lag.instants, 'observation')} "
         f"{are(lag.moving)} where they were that long before, so what moves seems nearer or "
         f"farther away than it is; {cure}"

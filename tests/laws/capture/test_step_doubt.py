@@ -1,5 +1,6 @@
 """Cameras of a recording whose images are of different times are told by what moves."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -60,8 +61,13 @@ def tilted(image: Image, by_px: float) -> Image:
     )
 
 
-def pair(late: float, *, along_px: float, across_px: float, tilt_px: float = 0.0) -> Capture:
-    """Draw a parallel pair whose right camera is `late` images behind, and is tilted meanwhile."""
+def pair(
+    late: float, *, along_px: float, across_px: float, tilt_px: float = 0.0, since: int = 0
+) -> Capture:
+    """Draw a parallel pair whose right camera is `late` images behind since an observation.
+
+    It may be tilted meanwhile.
+    """
 
     def place(time: float) -> tuple[float, float]:
         swing = np.sin(0.3 * time)
@@ -77,7 +83,12 @@ def pair(late: float, *, along_px: float, across_px: float, tilt_px: float = 0.0
             )
             for pose, shift, at, tilt in (
                 (np.eye(4), 0.0, place(float(index)), 0.0),
-                (shifted(0.1), 30.0, place(index - late), tilt_px if index >= 8 else 0.0),
+                (
+                    shifted(0.1),
+                    30.0,
+                    place(index - late * (index >= since)),
+                    tilt_px * (index >= 8),
+                ),
             )
         ]
         for index in range(20)
@@ -186,6 +197,17 @@ def test_what_moves_along_the_epipolar_lines_only_or_rests_says_nothing() -> Non
     assert doubt_step(pair(1.0, along_px=20.0, across_px=20.0)) is not None
     assert doubt_step(pair(1.0, along_px=25.0, across_px=0.0)) is None
     assert doubt_step(pair(1.0, along_px=0.0, across_px=0.0)) is None
+
+
+@pytest.mark.parametrize("late", [-1.0, 1.0])
+def test_a_camera_that_dropped_an_image_is_late_from_there_on(late: float) -> None:
+    doubt = doubt_step(pair(late, along_px=5.0, across_px=20.0, since=10))
+    assert doubt is not None
+    found = re.search("behind camera (left|right) from about observation ([0-9]+) on, but", doubt)
+    assert found is not None
+    assert (found[1], int(found[2])) in {("left" if late > 0.0 else "right", at) for at in (10, 11)}
+    always = doubt_step(pair(late, along_px=5.0, across_px=20.0))
+    assert always is not None and "from" not in always.split(":")[0]
 
 
 @pytest.mark.parametrize("tilt_px", [-5.0, 5.0])

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.capture import CaptureView
-from servoid.capture.matched_features import Features, alike, features_on, of_one_motion
+from servoid.capture import CaptureView, Features, alike, features_on, of_one_motion
 from servoid.errors import ServoidError
 from servoid.pose import Floats, exact
 

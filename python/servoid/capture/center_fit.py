@@ -44,8 +44,8 @@ def views_note(pairs: Sequence[MatchedFeatures]) -> str | None:
     if focal.best_px > _CLEARLY * center.best_px:
         return center.note(focal.off_px)
     return (
-        f"the images contradict the calibration: {focal.note}; a principal point of about "
-        f"{center.words} fits as well, so that either may be wrong"
+        f"{focal.note}; a principal point of about {center.words} fits as well, so that either may "
+        "be wrong"
     )
 
 

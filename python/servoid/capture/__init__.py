@@ -15,7 +15,7 @@ from servoid.capture.capture_file import (
 )
 from servoid.capture.examined import examined
 from servoid.capture.exchanged import check_measurable, check_not_exchanged
-from servoid.capture.matched_features import Features, alike, features_on, of_one_motion
+from servoid.capture.matched_features import Features, alike, closest, features_on, of_one_motion
 from servoid.capture.moving_rig import RigDoubt, doubt_rig_poses, examine_rig_poses
 from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.capture.opening import count_uncalibrated, open_capture

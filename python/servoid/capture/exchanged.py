@@ -14,6 +14,7 @@ from servoid.capture.capture import CaptureView
 from servoid.capture.matched_features import (
     MatchedFeatures,
     PosedPicture,
+    closest,
     match_features,
     unit_px,
     unit_rays,
@@ -197,17 +198,11 @@ def sides_of(pair: MatchedFeatures, *, exchanged: bool = False) -> Sides:
     matrix = pair.second_from_first.matrix()
     offset = matrix[:3, 3]
     one = exact.product(one, np.ascontiguousarray(matrix[:3, :3].T))
-    # Across both rays is how far they miss each other; along each is where they come closest.
-    across = np.cross(one, other)
-    size = np.square(across).sum(axis=1)
+    nearest, missed, sines = closest(one, other, offset)
     with np.errstate(divide="ignore", invalid="ignore"):
-        along_one = -(np.cross(offset, other) * across).sum(axis=1) / size
-        along_other = -(np.cross(offset, one) * across).sum(axis=1) / size
-        missed = np.abs((across * offset).sum(axis=1)) / np.sqrt(size)
-        nearest = np.minimum(along_one, along_other)
         unit = unit_px(pair.lenses[0]) / pair.lenses[0].focal_px[0]
-        is_near = np.sqrt(size) > _PARALLAX_PX * unit
+        is_near = sines > _PARALLAX_PX * unit
         is_behind = is_near & ~(nearest > _TINY_M)
         fits = is_near & (nearest > _TINY_M) & (missed / nearest < _OFF_PX * unit)
     front, behind = int(fits.sum()), int(is_behind.sum())
-    return Sides(len(size), front, behind, int(is_near.sum()) - front - behind)
+    return Sides(len(sines), front, behind, int(is_near.sum()) - front - behind)

@@ -198,3 +198,19 @@ def of_one_motion(
         return None
     same = agree.ravel() > 0
     return both_px[0][same], both_px[1][same]
+
+
+def closest(one: Floats, other: Floats, offset: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return where pairs of rays come closest, (N,) each, not finite for parallel ones.
+
+    `one` and `other` are directions, (N, 3), and the first rays begin at `offset`, (3,), from the
+    second. The results are the lesser of the distances along both, negative behind a camera; by how
+    much they miss each other; and the length of the cross product of the directions.
+    """
+    across = np.cross(one, other)
+    size = np.square(across).sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along_one = -(np.cross(offset, other) * across).sum(axis=1) / size
+        along_other = -(np.cross(offset, one) * across).sum(axis=1) / size
+        missed = np.abs((across * offset).sum(axis=1)) / np.sqrt(size)
+    return np.minimum(along_one, along_other), missed, np.sqrt(size)

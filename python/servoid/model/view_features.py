@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.capture import CaptureView, Features, alike, features_on, of_one_motion
+from servoid.capture import CaptureView, Features, alike, closest, features_on, of_one_motion
 from servoid.errors import ServoidError
 from servoid.pose import Floats, exact
 
@@ -75,19 +75,12 @@ def off_px(one: Looked, other: Looked) -> float | None:
     if found is None:
         return None
     rays, others = (_rays(by.view, px) for by, px in zip((one, other), found, strict=True))
-    across = np.cross(rays, others)
-    size = exact.lengths(across)
+    nearest, missed, sines = closest(rays, others, one.center - other.center)
     unit = one.unit_px / one.view.camera.focal_px[0]
-    kept = size > _PARALLAX_PX * unit
+    kept = sines > _PARALLAX_PX * unit
     if kept.sum() < _LEAST:
         return None
-    rays, others, across, size = (part[kept] for part in (rays, others, across, size))
-    offset = other.center - one.center
-    along, along_other = (
-        (np.cross(offset, each) * across).sum(axis=1) / np.square(size) for each in (others, rays)
-    )
-    nearest = np.minimum(along, along_other)
-    missed = np.abs((across * offset).sum(axis=1)) / size
+    nearest, missed = nearest[kept], missed[kept]
     is_ahead = nearest > 0.0
     off = np.where(is_ahead, missed / np.where(is_ahead, nearest, 1.0) / unit, np.inf)
     return float(np.median(off))

@@ -5,7 +5,7 @@ at which most moves across are compared first, until the lag is known.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -29,6 +29,7 @@ from servoid.words import are, camera_called, counted
 _CANDIDATES = 24  # instants whose motion is measured
 _INSTANTS = 12  # that are compared, of these
 _SETTLED = 4  # instants from which on few errors are enough
+_LEAST_COMMON = 2  # of those that are compared, in the later half
 _LEAST_INSTANTS = 6  # that show a lag, or all
 _LEAST_MOVING = 10  # features
 _LEAST_LAG = 0.4  # images; of a recorded pair, of unknown step, 0.33 is measured
@@ -65,10 +66,14 @@ class _Compared:
 
 @dataclass(frozen=True, eq=False)
 class _Pair:
-    """Two cameras of a rig by their indices, and the epipolar lines of the first in the second."""
+    """Two cameras of a rig by their indices, and the epipolar lines of the first in the second.
+
+    `known` keeps what was compared, by instant and shift.
+    """
 
     album: Album
     cameras: tuple[int, int]
+    known: dict[tuple[int, int], _Compared | None] = field(default_factory=dict)
 
     @property
     def both(self) -> tuple[CaptureCamera, CaptureCamera]:
@@ -121,8 +126,9 @@ def doubt_step(capture: Capture, *, among: Sequence[int] | None = None) -> str |
             pair = _Pair(coarse, (first, second))
             order = _most_moving(pair, _instants(pair, among))
             if any(_alike(pair, index, 0) is not None for index in order[:_SETTLED]):
+                large = _Pair(fine, pair.cameras)
                 for some in (order, _later_half(order)):
-                    lag = _lag_of(pair, _Pair(fine, pair.cameras), some)
+                    lag = None if _is_settled(pair, some) else _lag_of(pair, large, some)
                     if lag is not None:
                         return _note(pair, lag, _since(pair, lag, sorted(order)))
                 break
@@ -156,6 +162,19 @@ def _later_half(order: Sequence[int]) -> list[int]:
     """Return the later half of some instants in the same order, since an image may be dropped."""
     middle = sorted(order)[len(order) // 2]
     return [index for index in order if index >= middle]
+
+
+def _is_settled(pair: _Pair, instants: Sequence[int]) -> bool:
+    """Return whether what was compared shows cameras to be in step, at some of these instants too.
+
+    If they were not in step there, all together would not be, either.
+    """
+    there = [index for index in instants if pair.known.get((index, 0)) is not None]
+    seen = [one.moving for one in pair.known.values() if one is not None and len(one.moving.off)]
+    if len(there) < _LEAST_COMMON or len(seen) < _SETTLED:
+        return False
+    lag = fit_lag(seen)
+    return _is_known(lag) and _is_in(lag)
 
 
 def _motion(pair: _Pair, index: int) -> float:
@@ -209,6 +228,13 @@ def _alike(pair: _Pair, index: int, shift: int) -> tuple[Floats, Floats] | None:
 
 def _compared(pair: _Pair, index: int, shift: int) -> _Compared | None:
     """Return how features of an instant move, and how far they are off; None if too few match."""
+    if (index, shift) not in pair.known:
+        pair.known[index, shift] = _compare(pair, index, shift)
+    return pair.known[index, shift]
+
+
+def _compare(pair: _Pair, index: int, shift: int) -> _Compared | None:
+    """Return what `_compared` says, anew."""
     alike, images = _alike(pair, index, shift), pair.between(index - shift)
     if alike is None or images is None:
         return None

@@ -54,7 +54,7 @@ test: .venv/.package ## run the laws, and each command once; all that a change n
 	$(CARGO) test --workspace --exclude servoid-py
 	$(PYTEST) -m 'not extended'
 
-test-extended: test-extended-python test-extended-rust ## run what `make test` leaves out: studies, pages, faults, more seeds
+test-extended: test-extended-python test-extended-rust ## run what `make test` leaves out: long laws, studies, pages, faults, more seeds
 
 # SOME may say which: folders, or `--ignore=` and a folder.
 test-extended-python: .venv/.package

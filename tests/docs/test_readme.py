@@ -124,7 +124,8 @@ def unless(path: Path, quick: Path) -> object:
     return pytest.param(path, marks=marks, id=path.relative_to(ROOT).as_posix())
 
 
-@pytest.mark.parametrize("page", [unless(page, ROOT / "README.md") for page in TYPED])
+@pytest.mark.extended
+@pytest.mark.parametrize("page", TYPED, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_what_a_page_tells_to_type_works(page: Path, folder: Path) -> None:
     for block in blocks(page.read_text(encoding="utf-8")):
         execute(block, folder, apart=page == ROOT / "README.md")

@@ -74,6 +74,7 @@ def test_a_lens_that_is_wrong_throughout_was_not_moved_meanwhile() -> None:
     assert not at_end.is_worse(Sides()), "of a start where nothing matches, nothing is known"
 
 
+@pytest.mark.extended
 def test_a_track_in_python_is_compared_with_calibration_and_rig_too(still: Capture) -> None:
     [right] = track_capture(still, request=Request(observations=slice(COUNT)))
     assert (right.calibration_doubt, right.rig_doubt) == (None, None)

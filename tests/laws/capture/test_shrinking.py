@@ -98,6 +98,7 @@ def test_depth_that_is_shrunk_is_measured_and_no_mean(tmp_path: Path) -> None:
     assert set(small.ravel().tolist()) == {0.5, 2.0}
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("targets", [[], [BoxTarget(40, 20, 120, 100)]])
 def test_a_body_of_shrunk_views_is_about_where_that_of_whole_ones_is(
     drawn_capture: Path, monkeypatch: pytest.MonkeyPatch, targets: list[BoxTarget]

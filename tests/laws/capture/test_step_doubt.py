@@ -193,6 +193,7 @@ def test_a_lag_of_half_an_image_is_named_and_no_whole_image_makes_up_for_it() ->
     assert "that comes" not in doubt and doubt.endswith("; synchronise the cameras")
 
 
+@pytest.mark.extended
 def test_what_moves_along_the_epipolar_lines_only_or_rests_says_nothing() -> None:
     assert doubt_step(pair(1.0, along_px=20.0, across_px=20.0)) is not None
     assert doubt_step(pair(1.0, along_px=25.0, across_px=0.0)) is None

@@ -198,6 +198,7 @@ def test_two_lenses_that_took_every_other_image_are_compared(hand: Capture) -> N
         assert (doubt is None) == (share == 1.0)
 
 
+@pytest.mark.extended
 def test_a_batch_tells_it_as_well(hand: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     wrong = with_focal(hand, 0.9, 0.9)
     monkeypatch.setattr("servoid.batch.captures.open_any", lambda _: wrong)

@@ -62,7 +62,7 @@ def test_poses_of_another_convention_are_told_and_the_convention_is_named(
 
 
 @pytest.mark.parametrize("seed", tiered(range(2)))
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", tiered(reversed(FAULTS)))
 def test_poses_in_another_order_than_the_images_are_told_and_the_order_is_named(
     fault: str, seed: int
 ) -> None:
@@ -96,7 +96,8 @@ def test_two_exchanged_views_are_named(seed: int, pair: tuple[int, int]) -> None
     assert "belong together" not in notes
 
 
-@pytest.mark.parametrize("fault", tiered(["one line", "reversed"]))
+@pytest.mark.extended
+@pytest.mark.parametrize("fault", ["one line", "reversed"])
 def test_a_poses_csv_in_another_order_is_told_in_the_summary(
     fault: str, tmp_path: Path, servoid_command: Command
 ) -> None:
@@ -114,6 +115,7 @@ def test_a_poses_csv_in_another_order_is_told_in_the_summary(
     assert (REVERSED if fault == "reversed" else BACK) in words
 
 
+@pytest.mark.extended
 def test_a_shift_is_told_though_every_second_image_has_a_mask(tmp_path: Path) -> None:
     folder = toy(2).write(tmp_path / "toy")
     header, *lines = (folder / "poses.csv").read_text().splitlines()

@@ -105,6 +105,7 @@ def test_settings_left_out_are_the_cores(views: list[CaptureView]) -> None:
         assert getattr(given, name) == getattr(default, name)
 
 
+@pytest.mark.extended
 def test_with_neither_count_nor_delta_held_out_views_choose_among_twelve(
     views: list[CaptureView],
 ) -> None:

@@ -74,6 +74,7 @@ def test_doubts_come_first_on_the_page_and_once(toy_body: ModelResult, tmp_path:
     assert summary["reason"] == doubted.verdict.reason
 
 
+@pytest.mark.extended
 def test_poses_in_millimetres_make_no_good_body(
     drawn_capture: Path, tmp_path: Path, servoid_command: Command
 ) -> None:

@@ -46,6 +46,7 @@ def test_a_box_around_the_moving_toy_is_accepted_among_things_of_its_colours(
     assert min(iou(mask, truth) for mask in found) >= least
 
 
+@pytest.mark.extended
 def test_a_box_around_the_resting_bird_is_accepted(tmp_path: Path) -> None:
     *found, truth = marked_masks(write_sample(tmp_path / "bird", views=1), 0.05)
     assert min(iou(mask, truth) for mask in found) >= 0.9

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tiers import tiered
 
 pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
 
@@ -90,7 +91,7 @@ FLOOR = (0.39, 0.0, -0.6, 0.0, 0.0, 0.0)
 FOREARM = (0.0, 0.0, 0.0, 0.0, -2.2, 0.0)
 
 
-@pytest.mark.parametrize("way", [FLOOR, FOREARM], ids=["floor", "forearm"])
+@pytest.mark.parametrize("way", tiered([(FLOOR,), (FOREARM,)]), ids=["floor", "forearm"])
 def test_parts_keep_their_clearance_from_each_other_and_the_floor(way: tuple[float, ...]) -> None:
     least, reasons = brought_near(world_with(), way, watch=True)
     assert least > LEAST - 0.002

@@ -80,6 +80,7 @@ def ellipsoid(pair: Pair) -> Body:
     )
 
 
+@pytest.mark.extended
 @settings(max_examples=15, deadline=None)
 @given(st.floats(-0.06, 0.06), st.floats(-0.05, 0.05), st.floats(0.35, 0.7))
 def test_depths_of_a_body_are_those_that_are_drawn(x: float, y: float, z: float) -> None:

@@ -67,6 +67,7 @@ def test_a_body_beside_its_mask_is_doubted(alone: Alone, tmp_path: Path) -> None
         assert ("at the given start overlaps the mask by 0." in words) == is_doubted
 
 
+@pytest.mark.extended
 def test_an_object_that_neither_looks_nor_fits_like_the_body_is_refused(
     alone: Alone, tmp_path: Path
 ) -> None:
@@ -79,6 +80,7 @@ def test_an_object_that_neither_looks_nor_fits_like_the_body_is_refused(
         track_capture(alone.recording.capture, [bird], FIRST)
 
 
+@pytest.mark.extended
 def test_a_coarse_body_of_the_object_itself_is_not_refused(alone: Alone, tmp_path: Path) -> None:
     options = ("--max-ellipsoids", 1, "--observations", ":2", "--out", "coarse.json")
     run_servoid(tmp_path, "model", alone.recording.folder, *options)
@@ -151,6 +153,7 @@ def test_a_look_that_is_not_recognised_dooms_no_start_that_fits_its_mask(
     assert all(one.is_tracked for one in others)
 
 
+@pytest.mark.extended
 def test_a_look_that_is_not_recognised_where_a_mask_alone_was_given_confirms_no_pose(
     alone: Alone, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from recordings_with_truth import recording_with_truth
 from test_look_alikes import AWAY_M, EYES, slender, tracker_of_slender
+from tiers import tiered
 from trust_verdicts import verdicts
 
 from servoid.capture import open_capture
@@ -62,8 +63,8 @@ def known() -> Subject:
     return Subject(body=result.body, appearance=result.appearance)
 
 
-@pytest.mark.parametrize("given", [False, True])
-@pytest.mark.parametrize("grey", ["right", "left"])
+@pytest.mark.parametrize("given", tiered([False, True]))
+@pytest.mark.parametrize("grey", tiered(["right", "left"]))
 def test_an_object_is_tracked_by_a_camera_in_colour_and_a_grey_one(
     grey: str, *, given: bool, tmp_path: Path
 ) -> None:

@@ -110,6 +110,7 @@ def test_a_start_where_the_object_does_not_look_as_it_is_remembered_is_said(
         assert (words in " ".join(output.split())) == unlike
 
 
+@pytest.mark.extended
 def test_the_body_of_another_object_than_the_one_in_the_mask_is_noticed(
     alone: Alone, tmp_path: Path
 ) -> None:

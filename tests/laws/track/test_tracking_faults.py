@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from faults import Moment, Moments, faults
 from recordings import SNAIL, Alone, Recording, wrong
+from tiers import tiered
 from tracking_errors import tracking_errors
 
 from servoid._native import Estimate
@@ -101,7 +102,7 @@ def test_every_kind_of_fault_has_its_words() -> None:
 
 
 @pytest.mark.parametrize(
-    ("what", "later"), [("darkness", 0), ("an empty room", 0), ("an empty room", 8)]
+    ("what", "later"), tiered([("an empty room", 0), ("darkness", 0), ("an empty room", 8)])
 )
 def test_an_object_that_leaves_is_searched_then_lost_and_found_when_it_comes_back(
     what: str,
@@ -127,6 +128,7 @@ def test_an_object_that_leaves_is_searched_then_lost_and_found_when_it_comes_bac
     assert not any(wrong and seen for wrong, seen in zip(off, found, strict=True))
 
 
+@pytest.mark.extended
 def test_a_lost_object_s_pose_is_less_sure(
     alone: Alone, moments: Moments, without: Callable[[str, int], Moment]
 ) -> None:

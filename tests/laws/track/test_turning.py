@@ -143,6 +143,7 @@ def test_the_worker_that_adjusts_changes_no_bit_from_run_to_run(
     assert bits(drill.track()) == bits(drill_track)
 
 
+@pytest.mark.extended
 def test_the_worker_changes_no_bit_where_the_processors_are_busy(
     drill: Shown, drill_track: list[Tracked]
 ) -> None:

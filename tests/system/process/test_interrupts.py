@@ -174,6 +174,7 @@ def test_a_command_that_is_terminated_ends_as_after_ctrl_c_and_leaves_nothing(
     assert conftest.everything_in(tmp_path) == before
 
 
+@pytest.mark.extended
 def test_a_command_under_nohup_goes_on_when_its_terminal_closes(
     drawn_capture: Path, tmp_path: Path
 ) -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import replays
 from drawn import Drawn
-from tiers import tiered
 
 from servoid import _native
 
@@ -86,7 +85,8 @@ def test_a_run_has_the_bits_that_it_always_had(name: str, drawn: Drawn) -> None:
     agree(name, replays.replayed(name, drawn), wanted, f"the backend {_native.backend()}")
 
 
-@pytest.mark.parametrize("backend", tiered(OTHERS))
+@pytest.mark.extended
+@pytest.mark.parametrize("backend", OTHERS)
 def test_a_run_has_the_same_bits_with_every_back_end(backend: str, shelf: Path | None) -> None:
     wanted = {name: comparable(name) for name in replays.DRAWN if name != "world/servo"}
     found = asked(list(wanted), shelf, SERVOID_BACKEND=backend)

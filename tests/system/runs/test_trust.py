@@ -108,9 +108,10 @@ def test_nothing_wrong_is_trusted_twice_in_a_row(
     assert one.beyond(figures) == []
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     ("how", "seed"),
-    tiered([(LOOKED_AT, 3), (LOOKED_AT, 7), (KNOWN, 7), (KNOWN, 4), (LOOKED_AT, 2)], 1),
+    [(LOOKED_AT, 3), (LOOKED_AT, 7), (KNOWN, 7), (KNOWN, 4), (LOOKED_AT, 2)],
 )
 def test_an_object_that_left_the_images_is_found_as_soon_as_it_is_back(
     how: str, seed: int, tracked: Track
@@ -167,7 +168,8 @@ def test_the_outline_of_a_known_shape_tells_its_turn_where_nothing_is_printed(
     assert 0.06 < np.quantile(found.surprise[told, 1], 0.95) / chi2.ppf(0.95, 3) < 1.0
 
 
-@pytest.mark.parametrize("seed", tiered((10, 7), 1))
+@pytest.mark.extended
+@pytest.mark.parametrize("seed", (10, 7))
 def test_the_shading_of_a_plain_object_that_turns_is_no_print_by_which_its_turn_is_trusted(
     seed: int, tracked: Track
 ) -> None:
@@ -189,7 +191,8 @@ def test_a_guess_of_the_body_does_not_hold_back_a_turn_that_outlines_tell(
     assert np.degrees(np.median(found.turn)) < 5.0  # 1.7 and 4.0
 
 
-@pytest.mark.parametrize(("how", "size_px", "seed"), tiered(SPINS, 1))
+@pytest.mark.extended
+@pytest.mark.parametrize(("how", "size_px", "seed"), SPINS)
 def test_nothing_tells_the_spin_of_a_plain_skittle(
     how: str, size_px: tuple[int, int], seed: int, tracked: Track
 ) -> None:

@@ -56,7 +56,8 @@ def test_two_things_that_were_marked_as_one_are_not_trusted_once_they_move_apart
     assert not np.any(found.trusted_wrong[found.index >= first])
 
 
-@pytest.mark.parametrize("seed", tiered((5, 3, 2), 1))
+@pytest.mark.extended
+@pytest.mark.parametrize("seed", (5, 3, 2))
 def test_an_object_that_was_marked_alone_is_one_thing(seed: int, tmp_path: Path) -> None:
     found, noticed = followed(seed, marked(seed, tmp_path, 0))
     assert not any(noticed)

@@ -29,10 +29,18 @@ def nearest(
         )
         squared = np.asarray(squared)
         squared[np.arange(len(chosen)), chosen] = np.inf
-        index = np.argsort(squared, axis=1, kind="stable")[:, :count]
+        index = np.stack([_least(row, count) for row in squared])
         found.append(index)
         ways.append(np.sqrt(np.take_along_axis(squared, index, axis=1)))
-    return np.concatenate(found).astype(np.int64), np.concatenate(ways)
+    return np.concatenate(found), np.concatenate(ways)
+
+
+def _least(values: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """Return where the least of some values are, in their order, the first of equal ones first."""
+    near = np.arange(len(values))
+    if count < len(values):
+        near = np.flatnonzero(values <= np.partition(values, count - 1)[count - 1])
+    return near[np.argsort(values[near], kind="stable")][:count].astype(np.int64)
 
 
 def some_of(count: int, most: int) -> NDArray[np.int64]:

@@ -81,13 +81,15 @@ impl Tracker {
         let adjusted = self.outlined_covariance(observation, hypothesis).filter(|_| located);
         let by_outline = located && (adjusted.is_some() || self.is_turn_outlined(hypothesis));
         let evidence = self.evidence(&hypothesis.quality, &known.covariance, by_outline);
+        // The matches are those of a pose that is followed, or of points that are forgotten.
         let shows = by_outline
-            || shows_turn(&evidence, self.printed(&hypothesis.quality))
+            || located
+                && shows_turn(&evidence, self.printed(&hypothesis.quality))
                 && self.is_finely_patterned(&hypothesis.quality)
                 && self.is_turn_visible(hypothesis)
                 && self.believes_relief(&hypothesis.quality);
         let most_drift = self.trust.most_drift(self.target.relief.is_open);
-        let is_reliable = located && shows && is_turn_reliable(&evidence, most_drift);
+        let is_reliable = shows && is_turn_reliable(&evidence, most_drift);
         let (visible, is_printed) = (hypothesis.quality.visible, self.is_surely_printed());
         self.trust.orient(is_reliable, located && visible >= CLEAR, by_outline || is_printed);
         let is_reliable = self.trust.is_oriented;

@@ -25,7 +25,8 @@ class Feed:
 
     The first one has images of all cameras, or of those that have started after three seconds.
     Observations are numbered in the order in which they are yielded, so a recording of them has the
-    same numbers. `missed` counts those that arrived in between.
+    same numbers. `missed` counts those that arrived in between, and `dark` those without an image of
+    any camera, which are neither numbered nor kept unless it `keeps_dark` ones.
     """
 
     def __init__(
@@ -35,6 +36,7 @@ class Feed:
         name: str,
         is_over: Callable[[], bool] = lambda: False,
         keep: Keep | None = None,
+        keeps_dark: bool = True,
         report_silence: Callable[[str | None], None] = lambda _: None,
     ) -> None:
         """Read from a source, called `name` in messages, until `is_over`.
@@ -44,10 +46,12 @@ class Feed:
         """
         self._source, self._name, self._is_over = source, name, is_over
         self._keep, self._report_silence = keep, report_silence
+        self._keeps_dark = keeps_dark
         self._ideals = tuple(IdealCamera(camera.lens) for camera in source.rig)
         self._count, self._last_index = 0, -1
         self._first: RawInstant | None = None
         self.missed: int = 0
+        self.dark: int = 0
 
     def __iter__(self) -> Iterator[Instant]:
         """Yield the observations after the first."""
@@ -111,6 +115,10 @@ class Feed:
         if self._last_index >= 0:
             self.missed += max(0, raw.index - self._last_index - 1)
         self._last_index = raw.index
+        if raw.is_dark:
+            self.dark += 1
+            if not self._keeps_dark:
+                return raw
         raw = replace(raw, index=self._count)
         self._count += 1
         if self._keep is not None:

@@ -77,6 +77,28 @@ def test_what_a_camera_sends_is_recorded_file_by_file(
     assert max(map(len, lines)) <= 80
 
 
+def test_images_of_another_size_are_counted_and_not_stored_as_empty_files(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    folder = tiny_images(tmp_path / "served")
+    for number in range(1, 10, 2):
+        half = np.full((24, 32, 3), 20 * number, np.uint8)
+        cv2.imwrite(str(folder / "eye" / f"{number}.jpg"), half)
+    with served(folder) as address:
+        run = tmp_path / "run"
+        done = servoid_command("record", f"{address}/eye", "--count", "12", "--out", run)
+    assert done.code == 0, done.err
+    files = list((run / "camera").iterdir())
+    assert all(path.stat().st_size > 0 for path in files)
+    assert 0 < len(files) < 12 and f"{len(files)} observation" in done.out
+    said = " ".join(done.out.split())
+    dark = 12 - len(files)
+    assert f"{dark} observation{'s' if dark > 1 else ''} without an image of any camera: " in said
+    assert "the image is " in said and "must be of the same size" in said
+    rows = (run / "poses.csv").read_text().splitlines()[1:]
+    assert len(rows) == len(files) == len((run / "images.csv").read_text().splitlines()[1:])
+
+
 def test_a_camera_is_recorded_before_anything_is_known_of_it(
     tmp_path: Path, servoid_command: Command
 ) -> None:

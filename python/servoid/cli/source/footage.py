@@ -67,10 +67,12 @@ class LiveFootage:
         duration_s: float | None = None,
         record: Path | None = None,
         is_calibrated: bool = True,
+        keeps_dark: bool = True,
     ) -> None:
         """Open the source, and wait for its first image.
 
-        Unless it `is_calibrated`, the recording holds no calibration.
+        Unless it `is_calibrated`, the recording holds no calibration, and unless it `keeps_dark`
+        ones, no observation in which no camera has an image.
 
         Raises:
             CaptureError: the source does not answer, or no image came.
@@ -96,6 +98,7 @@ class LiveFootage:
                 name=word.text,
                 is_over=self._is_over,
                 keep=self._keep,
+                keeps_dark=keeps_dark,
                 report_silence=lambda why: self.report_silence(why),
             )
             self.notes: tuple[str, ...] = opened.notes
@@ -153,6 +156,11 @@ class LiveFootage:
     def missed(self) -> int:
         """Return the number of observations that arrived and were dropped."""
         return self._feed.missed
+
+    @property
+    def dark(self) -> int:
+        """Return the number of observations in which no camera had an image."""
+        return self._feed.dark
 
     @contextmanager
     def video(self, path: Path, objects: int, request: Request) -> Iterator[Draw]:

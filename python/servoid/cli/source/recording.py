@@ -132,6 +132,7 @@ def _convert(order: RecordOrder, word: SourceWord) -> None:
 
 def _record(order: RecordOrder, word: SourceWord) -> None:
     notices: Counter[str] = Counter()
+    reasons: Counter[str] = Counter()  # why observations had no image
     first_s = last_s = 0.0
     is_stopped = False
     is_uncalibrated = _is_uncalibrated(order, word)
@@ -141,6 +142,7 @@ def _record(order: RecordOrder, word: SourceWord) -> None:
         duration_s=order.duration,
         record=order.out,
         is_calibrated=not is_uncalibrated,
+        keeps_dark=False,
     )
     with footage, progress_bar("recording") as update:
         footage.report_silence = lambda why: update(footage.passed_share, why or "")
@@ -148,13 +150,16 @@ def _record(order: RecordOrder, word: SourceWord) -> None:
         notices.update(footage.first_notices)
         try:
             observations = footage.raw()
-            while order.count is None or footage.handed_out < order.count:
+            while order.count is None or footage.handed_out + footage.dark < order.count:
                 raw = next(observations, None)
                 if raw is None:
                     break
-                last_s = raw.time_s
-                notices.update(raw.notices)
-                update(footage.passed_share, f"{footage.handed_out} observations")
+                if raw.is_dark:
+                    reasons.update(raw.notices)
+                else:
+                    last_s = raw.time_s
+                    notices.update(raw.notices)
+                update(footage.passed_share, _progress(footage))
         except KeyboardInterrupt:
             is_stopped = True
         footage.finish_recording()
@@ -168,6 +173,8 @@ def _record(order: RecordOrder, word: SourceWord) -> None:
         rows.append(
             ("missed", f"{counted(footage.missed, 'observation')} arrived too fast to write")
         )
+    if footage.dark:
+        rows.append(("not stored", _not_stored(footage.dark, reasons)))
     rows += [("notice", notice) for notice, _ in notices.most_common(_MOST_NOTICES)]
     if is_uncalibrated:
         rows.append(("note", _UNCALIBRATED))
@@ -176,6 +183,17 @@ def _record(order: RecordOrder, word: SourceWord) -> None:
     if is_stopped and order.duration is not None:
         print_message(f"interrupted after {counted(count, 'observation')}")
         raise typer.Exit(INTERRUPTED)
+
+
+def _progress(footage: LiveFootage) -> str:
+    without = f", {footage.dark} without an image" if footage.dark else ""
+    return f"{footage.handed_out} observations{without}"
+
+
+def _not_stored(dark: int, reasons: Counter[str]) -> str:
+    """Say how many observations had no image of any camera, and the most frequent reason."""
+    why = "; ".join(reason for reason, _ in reasons.most_common(1))
+    return f"{counted(dark, 'observation')} without an image of any camera{why and f': {why}'}"
 
 
 def _print(rows: list[tuple[str, str]]) -> None:

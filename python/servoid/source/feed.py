@@ -25,8 +25,8 @@ class Feed:
 
     The first one has images of all cameras, or of those that have started after three seconds.
     Observations are numbered in the order in which they are yielded, so a recording of them has the
-    same numbers. `missed` counts those that arrived in between, and `dark` those without an image of
-    any camera, which are neither numbered nor kept unless it `keeps_dark` ones.
+    same numbers. `missed` counts those that arrived in between, and `dark` those without an image
+    of any camera, which are neither numbered nor kept unless it `keeps_dark` ones.
     """
 
     def __init__(

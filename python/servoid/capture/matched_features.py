@@ -200,6 +200,18 @@ def of_one_motion(
     return both_px[0][same], both_px[1][same]
 
 
+def closest_points(pair: MatchedFeatures) -> Floats:
+    """Return where the rays of two cameras come closest, (N, 3) in the first one's frame."""
+    one, other = unit_rays(pair.lenses[0], pair.first_px), unit_rays(pair.lenses[1], pair.second_px)
+    matrix = pair.second_from_first.inverse().matrix()
+    other = exact.product(other, np.ascontiguousarray(matrix[:3, :3].T))
+    across = np.cross(one, other)
+    size = np.square(across).sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = (np.cross(matrix[:3, 3], other) * across).sum(axis=1) / size
+        return one * along[:, None]
+
+
 def closest(one: Floats, other: Floats, offset: Floats) -> tuple[Floats, Floats, Floats]:
     """Return where pairs of rays come closest, (N,) each, not finite for parallel ones.
 

@@ -20,8 +20,8 @@ from servoid.camera import Recorded
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.capture.matched_features import (
     FIRST_OF_VIDEO,
-    MatchedFeatures,
     PosedPicture,
+    closest_points,
     match_features,
     unit_px,
     unit_rays,
@@ -303,7 +303,7 @@ def _seen(
         return None
     places = {tuple(pixel): row for row, pixel in enumerate(pair.first_px.tolist())}
     rows = [places.get(tuple(pixel), -1) for pixel in again.first_px.tolist()]
-    seen = _Seen(indices, _points(pair, from_second)[rows], rays, located=True)
+    seen = _Seen(indices, closest_points(pair)[rows], rays, located=True)
     is_ahead = np.isfinite(seen.points).all(axis=1) & (seen.points[:, 2] > 0.0)
     return seen.part((np.array(rows) >= 0) & is_ahead & is_seen)
 
@@ -312,18 +312,6 @@ def _posed(camera: CaptureCamera, index: int) -> PosedPicture | None:
     picture = camera.pictures[index]
     size_px = camera.lens.size_px
     return None if picture is None else PosedPicture(picture, camera.lens, Recorded(size_px))
-
-
-def _points(pair: MatchedFeatures, from_second: Pose) -> Floats:
-    """Return where the rays of two cameras come closest, (N, 3) in the first one's frame."""
-    one, other = unit_rays(pair.lenses[0], pair.first_px), unit_rays(pair.lenses[1], pair.second_px)
-    matrix = from_second.matrix()
-    other = exact.product(other, np.ascontiguousarray(matrix[:3, :3].T))
-    across = np.cross(one, other)
-    size = np.square(across).sum(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = (np.cross(matrix[:3, 3], other) * across).sum(axis=1) / size
-        return one * along[:, None]
 
 
 def _at_rest(
@@ -335,9 +323,18 @@ def _at_rest(
     kept = np.ones(len(seen.rays), np.bool_)
     looks = (seen.points / exact.lengths(seen.points)[:, None], seen.rays)
     for rays, pose, balls in zip(looks, world_from_both, may_move, strict=True):
-        camera_from_world = pose.inverse().matrix()
-        for center, radius in balls:
-            at = exact.product(camera_from_world[:3, :3], center) + camera_from_world[:3, 3]
-            beside = exact.lengths(np.cross(rays, at))
-            kept &= (beside > _ASIDE * radius) | ((rays * at).sum(axis=1) < 0.0)
+        kept &= beside_balls(rays, pose, balls)
     return seen.part(kept)
+
+
+def beside_balls(
+    rays: Floats, world_from_camera: Pose, balls: Sequence[tuple[Floats, float]]
+) -> NDArray[np.bool_]:
+    """Return which unit vectors from a camera, (N, 3), pass balls that may move at a distance."""
+    kept = np.ones(len(rays), np.bool_)
+    camera_from_world = world_from_camera.inverse().matrix()
+    for center, radius in balls:
+        at = exact.product(camera_from_world[:3, :3], center) + camera_from_world[:3, 3]
+        beside = exact.lengths(np.cross(rays, at))
+        kept &= (beside > _ASIDE * radius) | ((rays * at).sum(axis=1) < 0.0)
+    return kept

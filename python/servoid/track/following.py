@@ -4,8 +4,18 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from servoid.brief import brief
-from servoid.capture import Capture, Observation, doubt_calibration, doubt_step, examine_rig_poses
+from servoid.capture import (
+    Capture,
+    Observation,
+    doubt_calibration,
+    doubt_step,
+    examine_edited,
+    examine_rig_poses,
+)
 from servoid.errors import TrackError
 from servoid.source import Feed, Instant, read_instants
 from servoid.track.apart import (
@@ -141,8 +151,9 @@ def doubt_capture(
 
     `results` are the tracks of all objects in the capture; what was tracked does not rest, and is
     left out. With `is_assumed`, nobody measured the calibration. Cameras out of step are reported
-    alone, as they contradict a right calibration, too. Where it is sure that the poses of the rig
-    are wrong, those of the object in the world are, and none has the status `tracking`.
+    alone, as they contradict a right calibration, too, and so are images that were shifted or
+    enlarged after they were taken. Where it is sure that the poses of the rig are wrong, or that
+    the images were changed, those of the object are wrong, and none has the status `tracking`.
     """
     if not results:
         return []
@@ -150,15 +161,18 @@ def doubt_capture(
     late = doubt_step(capture, among=among)
     if late is not None:
         return [replace(one, step_doubt=late) for one in results]
+
+    def may_move(index: int) -> list[tuple[NDArray[np.float64], float]]:
+        return [ball for one in results if (ball := one.ball_at(index)) is not None]
+
+    edited = examine_edited(capture, may_move, among=among)
+    if edited is not None:
+        return [replace(one.unconfirmed(), edit_doubt=edited.words) for one in results]
     last = results[0].tracked[-1].index
     doubt = doubt_calibration(capture, is_assumed=is_assumed, last=last)
     if doubt is not None:
         return [replace(one, calibration_doubt=doubt) for one in results]
-    found = examine_rig_poses(
-        capture,
-        lambda index: [ball for one in results if (ball := one.ball_at(index)) is not None],
-        among=among,
-    )
+    found = examine_rig_poses(capture, may_move, among=among)
     if found is None:
         return list(results)
     told = (one.unconfirmed() for one in results) if found.is_sure else results

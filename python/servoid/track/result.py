@@ -86,7 +86,8 @@ class TrackResult:
     `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, and
     `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`, and
     `step_doubt` by how much one camera is behind another, or that depth images do not change, by
-    `capture.doubt_step`.
+    `capture.doubt_step`. `edit_doubt` says that images were shifted or enlarged after they were
+    taken, by `capture.examine_edited`.
     `is_metric` is False if the body's lengths are in an unknown unit.
     """
 
@@ -104,6 +105,7 @@ class TrackResult:
     rig_doubt: str | None = None
     step_doubt: str | None = None
     is_metric: bool = True
+    edit_doubt: str | None = None
 
     def __repr__(self) -> str:
         return said(
@@ -149,7 +151,7 @@ class TrackResult:
     @property
     def capture_doubts(self) -> tuple[str, ...]:
         """Return what the images have against the cameras, their poses and their times."""
-        found = (self.calibration_doubt, self.rig_doubt, self.step_doubt)
+        found = (self.calibration_doubt, self.rig_doubt, self.step_doubt, self.edit_doubt)
         return tuple(one for one in found if one is not None)
 
     @property
@@ -165,6 +167,7 @@ class TrackResult:
             (self.calibration_doubt, "the calibration is in doubt"),
             (self.rig_doubt, "the poses of the rig are in doubt"),
             (self.step_doubt, "the cameras are out of step"),
+            (self.edit_doubt, "the images were changed after they were taken"),
         )
         return [words for doubt, words in kinds if doubt is not None]
 
@@ -200,10 +203,10 @@ class TrackResult:
     def nowhere(self) -> str | None:
         """Return what to do if no image after the first confirms a pose; None if one does.
 
-        None as well where the poses of the rig are in doubt, which says what to do.
+        None as well where the poses of the rig or the images are in doubt, which says what to do.
         """
-        is_nowhere = self.tracked_count <= 1 < len(self) and self.rig_doubt is None
-        return _NOWHERE if is_nowhere else None
+        is_told = self.rig_doubt is not None or self.edit_doubt is not None
+        return _NOWHERE if self.tracked_count <= 1 < len(self) and not is_told else None
 
     @property
     def gaps(self) -> list[Gap]:

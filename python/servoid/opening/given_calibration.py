@@ -20,6 +20,7 @@ from servoid.words import counted, digits
 Size = tuple[int, int]
 _RATE = "--rate"
 _ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0  # where only the images matter
+_WIDEST_DEG = 160.0  # more is a fisheye, whose images no angle describes
 _NARROWEST_DEG = 3.0  # less is an angle in radians
 
 
@@ -94,6 +95,12 @@ class GivenCalibration:
                 f"--fov is {digits(self.fov_deg)}, and less than {digits(_NARROWEST_DEG)} degrees "
                 f"is hardly any lens; {hint if meant >= _NARROWEST_DEG else ''}give the lens with "
                 "--calibration"
+            )
+        if self.fov_deg is not None and self.fov_deg > _WIDEST_DEG:
+            raise CaptureError(
+                f"--fov is {digits(self.fov_deg)}, and more than {digits(_WIDEST_DEG)} degrees "
+                "from left to right is a fisheye, whose lens an angle does not describe; calibrate "
+                "it, and give it with --calibration"
             )
         for option, value in (("--baseline", self.baseline_m), ("--rate", self.rate_hz)):
             if value is not None and not 0.0 < value < math.inf:

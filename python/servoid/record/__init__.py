@@ -2,6 +2,7 @@
 
 from servoid.record.answers import draw_answers
 from servoid.record.capture_folder import FolderRecorder, check_recording, record_folder
+from servoid.record.frozen import FrozenWatch
 from servoid.record.live_video import live_video
 from servoid.record.overlay import Overlay
 from servoid.record.queued import QueuedRecording
@@ -19,6 +20,7 @@ from servoid.record.video_file import check_video, check_video_suffix, image_vid
 
 __all__ = [
     "FolderRecorder",
+    "FrozenWatch",
     "Overlay",
     "QueuedRecording",
     "ServoOverlay",

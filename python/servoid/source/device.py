@@ -8,7 +8,7 @@ from servoid.errors import CaptureError
 from servoid.source.controls import Controls
 from servoid.source.grabbing import Reopened, Video
 from servoid.source.streams.film import FilmVideo
-from servoid.source.streams.mjpeg import open_mjpeg, reason_of
+from servoid.source.streams.mjpeg import NoImagesError, open_mjpeg, reason_of
 from servoid.words import camera_called
 
 if TYPE_CHECKING:
@@ -65,6 +65,8 @@ def opened(
     if isinstance(device, str) and device.lower().startswith(_HTTP):
         try:
             video = open_mjpeg(device)
+        except NoImagesError as error:
+            raise CaptureError(f"{camera_called(name)}: '{shown(device)}' {error}") from error
         except (OSError, ValueError) as error:
             raise CaptureError(
                 f"{camera_called(name)}: '{shown(device)}' does not answer: {reason_of(error)}; "

@@ -6,6 +6,8 @@ WINDOW_S = 10.0  # a clock with a 50 ppm error drifts half a millisecond in it
 JUMP_S = 0.25  # more than a network delay, less than the jump of a clock that was set
 _SURE_S = 0.5  # equal delays for this long mean that the clock was set back
 _EQUAL_S = 0.1
+_UNITS = ((1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds"))
+_ABOUT = 3.0  # times: of what a unit makes of the time between two images
 
 
 class DeviceClock:
@@ -48,9 +50,14 @@ class DeviceClock:
 
     def _jump(self, passed_s: float, arrival_s: float, delay_s: float) -> str | None:
         """Describe the jump of the device's clock since the last image; None if there was none."""
-        if passed_s <= 0.0:
+        if passed_s == 0.0:
+            return "its clock stands still, so that its images count as taken when they came"
+        if passed_s < 0.0:
             return f"its clock went back by {-passed_s:.3g} s, and is now trusted again"
         if delay_s < -JUMP_S:
+            unit = _unit(passed_s, passed_s + delay_s)
+            if unit is not None:
+                return f"its stamps look like {unit}: they must be in seconds, or be left out"
             return f"its clock went ahead by {-delay_s:.3g} s, and is now trusted again"
         if delay_s <= JUMP_S:
             self._late = None
@@ -59,3 +66,9 @@ class DeviceClock:
         elif arrival_s - self._late[0] > _SURE_S:
             return f"its clock was set back by {delay_s:.3g} s, and is now trusted again"
         return None
+
+
+def _unit(stamped: float, passed_s: float) -> str | None:
+    """Return the unit in which a device's clock seems to count; None if it is seconds."""
+    near = (word for many, word in _UNITS if many / _ABOUT < stamped / passed_s < many * _ABOUT)
+    return next(near, None) if passed_s > 0.0 else None

@@ -22,6 +22,7 @@ _LEAST_STEPS = 10
 _FEW_STEPS = 3
 _PATIENCE = 2.5  # usual periods without an image, after which a camera counts as silent
 _MISSED = 1.6  # usual periods between images, from which one counts as missing
+_UNDECODED = "the image cannot be decoded"
 _AWAITS = "the camera awaits a trigger, or reports no rate"
 _MOST_PENDING = 16  # pending notices for the next observation
 
@@ -127,6 +128,7 @@ class Grabber:
         self._fault: str | None = None
         self._lost = ""
         self._count, self._has_ended = 0, False
+        self._damaged = 0  # images since the last one that could be decoded
         self._lock, self._over = Lock(), Event()
         self._last_s = self._begun.time_s
         self._thread = Thread(target=self._run, name=f"camera {name}", daemon=True)
@@ -215,7 +217,9 @@ class Grabber:
                 continue
             failures = 0 if fault == _AWAITS else failures + 1
             self._set_fault(fault)
-            if self._reopen is not None and (is_lost or failures >= self._tries):
+            # A damaged image is no broken connection: the next one may be whole.
+            tries = TRIES if fault == _UNDECODED else self._tries
+            if self._reopen is not None and (is_lost or failures >= tries):
                 self._give_up(self._device, fault)
             else:
                 self._over.wait(_RETRY_S)
@@ -262,7 +266,8 @@ class Grabber:
         except Exception as error:  # to the arm, any error of a driver is silence
             return _text(error), False
         if not found:
-            return "the image cannot be decoded", False
+            self._damaged += 1
+            return _UNDECODED, False
         self._keep(data if isinstance(data, Delivery) else Delivery((data,)), arrived)
         return None, False
 
@@ -274,6 +279,8 @@ class Grabber:
         if delivery.stamp_s is not None:
             time_s, fault = self._stamps.time_s(delivery.stamp_s, arrived_s)
         with self._lock:
+            if self._damaged:
+                self._notices.append(_damaged(self._damaged))
             if delivery.missing:
                 self._notices.append(_missing(delivery.missing))
             self._notices.extend(delivery.notices)
@@ -286,7 +293,7 @@ class Grabber:
             self._count += 1
             encoded = getattr(delivery, "encoded", None)
             self._shots.append(Shot(time_s, delivery.images, self._count, delivery.depths, encoded))
-            self._last_s, self._fault = arrived_s, None
+            self._last_s, self._fault, self._damaged = arrived_s, None, 0
 
     def _report_gap(self, time_s: float, arrived_s: float, is_numbered: bool) -> None:
         """Report a silence that has ended, and images that must be missing before this one."""
@@ -300,9 +307,15 @@ class Grabber:
             return
         usual_s = self._usual_s()
         is_long = len(self._steps_s) >= _LEAST_STEPS and step_s > _MISSED * usual_s
-        if is_long and not is_numbered:
-            self._notices.append(_missing(max(1, round(step_s / usual_s) - 1)))
+        lost = max(1, round(step_s / usual_s) - 1) - self._damaged if is_long else 0
+        if lost > 0 and not is_numbered:
+            self._notices.append(_missing(lost))
         self._steps_s.append(step_s)
+
+
+def _damaged(count: int) -> str:
+    what = "image before this one is" if count == 1 else "images before this one are"
+    return f"{count} {what} damaged, such as cut short, and left out"
 
 
 def _missing(count: int) -> str:

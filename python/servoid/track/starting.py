@@ -232,7 +232,8 @@ def _look(capture: Capture, instant: Instant, subject: Subject, request: Request
         return _known(capture, instant, subject, request)
     except (ModelError, TargetError) as error:
         if any(image is None for image in instant.images) and instant.notices:
-            error.args = (f"{error}; of observation {instant.index}: {'; '.join(instant.notices)}",)
+            lost = "; ".join(instant.notices)
+            error.args = (f"of observation {instant.index}, {lost}; so {error}",)
         elif subject.body is None and request.distance_m is None and _are_photographs(capture):
             error.args = (
                 f"{error}; or, as these are images of one camera that all have masks: if they show "

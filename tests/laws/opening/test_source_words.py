@@ -221,6 +221,7 @@ def test_a_calibration_says_how_a_bare_video_was_seen(tmp_path: Path) -> None:
     [
         ({"fov_deg": 0.0}, "--fov is 0; give degrees above 0 and below 180"),
         ({"fov_deg": 1.009}, "is hardly any lens; if it is in radians, write 57.8114; else"),
+        ({"fov_deg": 178.0}, "and more than 160 degrees from left to right is a fisheye"),
         ({"fov_deg": float("nan")}, "--fov is nan"),
         ({"baseline_m": -1.0}, "--baseline is -1; give a positive number"),
         ({"rate_hz": float("inf")}, "--rate is inf"),

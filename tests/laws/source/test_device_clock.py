@@ -91,3 +91,20 @@ def test_images_that_waited_in_a_queue_are_no_jump() -> None:
     assert notices == []
     assert delays.max() > JUMP_S
     assert times == pytest.approx(true + 0.004, abs=1e-6)
+
+
+def test_a_clock_that_stands_still_is_told_as_such() -> None:
+    true, times, notices = mapped(np.zeros(20), np.full(20, 0.004))
+    assert set(notices) == {
+        "its clock stands still, so that its images count as taken when they came"
+    }
+    assert times == pytest.approx(true + 0.004, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("many", "unit"), [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")]
+)
+def test_stamps_in_another_unit_than_seconds_are_told_with_the_unit(many: float, unit: str) -> None:
+    true, times, notices = mapped(many * np.arange(20) * PERIOD_S, np.full(20, 0.004))
+    assert set(notices) == {f"its stamps look like {unit}: they must be in seconds, or be left out"}
+    assert times == pytest.approx(true + 0.004, abs=1e-6)

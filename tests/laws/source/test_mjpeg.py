@@ -101,6 +101,25 @@ def test_an_address_that_does_not_answer_is_refused_without_its_password() -> No
     assert "secret" not in str(no.value)
 
 
+def test_an_address_that_answers_with_a_page_was_reached(images: Path) -> None:
+    with served(images) as address, pytest.raises(CaptureError) as no:
+        open_live(parse_source(f"{address}/left?page=1"), GivenCalibration(fov_deg=60.0))
+    assert "page=1' was reached, but answers text/html, which is a page and no images" in str(
+        no.value
+    )
+    assert "does not answer" not in str(no.value) and "/stream" in str(no.value)
+
+
+def test_images_that_are_cut_short_are_counted_and_not_told_as_missing(images: Path) -> None:
+    with served(images, rate_hz=30.0) as address:
+        opened = open_live(parse_source(f"{address}/left?cut=5"), GivenCalibration(fov_deg=60.0))
+        with opened.source as source:
+            found = gather(source, 20.0, 25)
+    notices = [notice for raw in found for notice in raw.notices]
+    damaged = "the camera: 1 image before this one is damaged, such as cut short, and left out"
+    assert notices.count(damaged) >= 3
+
+
 def answer(body: bytes, boundary: str = "b") -> BytesIO:
     stream = BytesIO(body)
     heads = Message()

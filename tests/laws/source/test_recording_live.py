@@ -1,5 +1,6 @@
 """What a live source delivers is recorded so that its replay has the same bits."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from played_sources import FakeClock, FakeVideo, lens, live, rig
 from servoid.capture import open_capture
 from servoid.errors import OutputError
 from servoid.pose import Pose
-from servoid.record import FolderRecorder, QueuedRecording
+from servoid.record import FolderRecorder, FrozenWatch, QueuedRecording
 from servoid.source import (
     Delivery,
     Feed,
@@ -101,6 +102,25 @@ def test_a_recording_replaces_nothing_and_leaves_nothing_of_nothing(tmp_path: Pa
     with pytest.raises(OutputError, match="no image came"):
         FolderRecorder(tmp_path / "none", RIG).close()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["full"]
+
+
+def test_a_camera_that_repeats_an_image_for_seconds_is_named() -> None:
+    watch, stuck = FrozenWatch(RIG), raw(0)
+    for index in range(120):
+        fresh = raw(index)
+        (left, right), (_, still) = fresh.images, stuck.images
+        assert left is not None and right is not None and still is not None
+        seen = replace(still, time_s=right.time_s) if index >= 30 else right
+        watch.add(replace(fresh, images=(left, seen)))
+    [note] = watch.notes()
+    assert note.startswith("camera right sent the same image 90 times, bit by bit, from 101.0 to ")
+
+
+def test_a_camera_that_repeats_an_image_for_a_moment_is_not_named() -> None:
+    watch, stuck = FrozenWatch(RIG), raw(0)
+    for index in range(40):
+        watch.add(replace(stuck, images=(stuck.images[0], raw(index).images[1])))
+    assert watch.notes() == []
 
 
 def test_what_a_queued_recording_cannot_write_is_told() -> None:

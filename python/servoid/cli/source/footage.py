@@ -14,7 +14,7 @@ from servoid.cli.source.recorders import recording_of
 from servoid.exchange.bags.writing import McapRun, RunRig, mcap_run
 from servoid.opening import GivenCalibration, SourceWord, open_live, open_recorded
 from servoid.record import Overlay, QueuedRecording, live_video, overlay_video
-from servoid.source import Feed, RawInstant
+from servoid.source import Feed, MountedCamera, RawInstant
 from servoid.track import Request, Subject, TrackStep, cameras_of, follow, follow_live
 
 _VIDEO_HZ = 10.0  # rate of a capture without times
@@ -156,6 +156,11 @@ class LiveFootage:
     def missed(self) -> int:
         """Return the number of observations that arrived and were dropped."""
         return self._feed.missed
+
+    @property
+    def rig(self) -> tuple[MountedCamera, ...]:
+        """Return the cameras, with their lenses."""
+        return self._source.rig
 
     @property
     def dark(self) -> int:

@@ -23,6 +23,7 @@ from servoid.opening import (
     open_recorded,
     parse_source,
 )
+from servoid.record import FrozenWatch
 from servoid.words import counted
 
 _LABEL_WIDTH = 12
@@ -144,6 +145,7 @@ def _record(order: RecordOrder, word: SourceWord) -> None:
         is_calibrated=not is_uncalibrated,
         keeps_dark=False,
     )
+    watch = FrozenWatch(footage.rig)
     with footage, progress_bar("recording") as update:
         footage.report_silence = lambda why: update(footage.passed_share, why or "")
         first_s = last_s = footage.first_time_s
@@ -157,6 +159,7 @@ def _record(order: RecordOrder, word: SourceWord) -> None:
                 if raw.is_dark:
                     reasons.update(raw.notices)
                 else:
+                    watch.add(raw)
                     last_s = raw.time_s
                     notices.update(raw.notices)
                 update(footage.passed_share, _progress(footage))
@@ -175,7 +178,11 @@ def _record(order: RecordOrder, word: SourceWord) -> None:
         )
     if footage.dark:
         rows.append(("not stored", _not_stored(footage.dark, reasons)))
-    rows += [("notice", notice) for notice, _ in notices.most_common(_MOST_NOTICES)]
+    rows += [
+        ("notice", f"{notice}{f' ({times} times)' if times > 1 else ''}")
+        for notice, times in notices.most_common(_MOST_NOTICES)
+    ]
+    rows += [("note", note) for note in watch.notes()]
     if is_uncalibrated:
         rows.append(("note", _UNCALIBRATED))
     rows += [("assumed", note) for note in footage.notes]

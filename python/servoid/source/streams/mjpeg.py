@@ -16,9 +16,11 @@ import numpy as np
 
 from servoid.camera import Camera, size_in_header
 from servoid.config import STREAM_IMAGE
+from servoid.errors import CaptureError
 from servoid.source.delivery import Delivery, LostDeviceError
 
 _KIND = "multipart/x-mixed-replace"
+_PAGES = ("text/html", "application/xhtml+xml")
 _TIMEOUT_S = 3.0  # within which bytes must arrive; a camera that is gone sends nothing
 _MOST_LINES = 64  # of the header before an image
 _LONGEST_LINE = 8192
@@ -36,6 +38,10 @@ class _Answer(Protocol):
     def readline(self, limit: int = ..., /) -> bytes: ...
     def read(self, count: int = ..., /) -> bytes: ...
     def close(self) -> None: ...
+
+
+class NoImagesError(CaptureError):
+    """Is raised for an address that answers with something else than images."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +154,7 @@ def open_mjpeg(address: str) -> MjpegVideo | None:
 
     Raises:
         OSError: the address does not answer, or refuses.
+        NoImagesError: it answers with a page.
 
     """
     parts = urlsplit(address)
@@ -157,9 +164,16 @@ def open_mjpeg(address: str) -> MjpegVideo | None:
         word = f"{unquote(parts.username)}:{unquote(parts.password or '')}".encode()
         request.add_unredirected_header("Authorization", f"Basic {b64encode(word).decode()}")
     answer = urllib.request.urlopen(request, timeout=_TIMEOUT_S)
-    if answer.headers.get_content_type() == _KIND:
+    kind = answer.headers.get_content_type()
+    if kind == _KIND:
         return MjpegVideo(answer)
     answer.close()
+    if kind in _PAGES:
+        raise NoImagesError(
+            f"was reached, but answers {kind}, which is a page and no images; give the address of "
+            f"its stream, which answers {_KIND}: often /video, /stream or /mjpeg; a page may also "
+            "ask for a login, which is written http://NAME:PASSWORD@..."
+        )
     return None
 
 

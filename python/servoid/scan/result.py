@@ -11,13 +11,15 @@ import numpy as np
 
 from servoid._native import Lens
 from servoid.brief import said
+from servoid.camera import off_center_note
 from servoid.scan.metres.scale import Scale
 from servoid.scan.solution import Solution
 from servoid.words import counted, finite
 
 _LITTLE_PARALLAX_RAD = math.radians(5.0)
 _MANY_MISSING = 0.2
-_LARGE_ERROR = 0.0015  # of the diagonal
+_LARGE_ERROR = 0.001  # of the diagonal
+_OUTLYING = 2.0  # times the error of an image in the median
 _ROUGH_FOCAL = 0.01
 _FEW_IMAGES = 8
 _CLOSE_FOCAL, _SURE = (
@@ -91,11 +93,16 @@ class Scan:
                 f"{math.degrees(solution.parallax_rad):.1f} degrees, so that distances and the "
                 "focal length are inaccurate; walk further around the object"
             )
-        if solution.rms_px > _LARGE_ERROR * math.hypot(*solution.lens.size_px):
+        if solution.rms_px > _LARGE_ERROR * self._diagonal_px:
             yield (
-                f"the reprojection error is {solution.rms_px:.1f} px: blur, a rolling "
-                "shutter, a zoom that changed, or something that moved"
+                f"the reprojection error is {solution.rms_px:.2g} px, more than "
+                f"{_LARGE_ERROR * self._diagonal_px:.2g}: blur, a rolling shutter, a zoom that "
+                "changed, images that were stretched, or something that moved"
             )
+        yield from self._outlying()
+        aside = off_center_note("the scan", solution.lens)
+        if aside is not None and solution.center_is_found:
+            yield f"{aside}; or they were stretched, so that pixels are not square"
         if not solution.focal_std_px < _ROUGH_FOCAL * solution.focal_px:
             yield (
                 f"the standard deviation of the focal length is {solution.focal_std_px:.0f} of "
@@ -108,6 +115,24 @@ class Scan:
             yield (
                 "the scene was seen from one side: directions differ by "
                 f"{math.degrees(self.around_rad):.0f} degrees at most; the rear stays unknown"
+            )
+
+    @property
+    def _diagonal_px(self) -> float:
+        return math.hypot(*self.solution.lens.size_px)
+
+    def _outlying(self) -> Iterator[str]:
+        """Name the images that fit much worse than the others."""
+        errors = self.solution.error_px
+        usual_px = float(np.median(errors))
+        least_px = max(_OUTLYING * usual_px, _LARGE_ERROR * self._diagonal_px)
+        worst = [int(at) for at in np.argsort(-errors, kind="stable") if errors[at] > least_px]
+        if worst:
+            names = tuple(f"{self.solution.names[at]} ({errors[at]:.2g} px)" for at in worst)
+            yield (
+                f"of {_some(names)} the reprojection error is more than twice that of the others, "
+                f"{usual_px:.2g} px in the median: look at {'it' if len(worst) == 1 else 'them'}, "
+                "and scan again without what is blurred or moved"
             )
 
     def _focal_contradiction(self) -> Iterator[str]:

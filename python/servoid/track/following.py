@@ -28,6 +28,7 @@ from servoid.track.apart import (
     told_apart,
 )
 from servoid.track.follower import avoid, depths_for
+from servoid.track.gone import gone_note
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
 from servoid.track.starting import START_IN_DOUBT, Followed, begin
@@ -158,6 +159,12 @@ def doubt_capture(
     if not results:
         return []
     among = [one.index for one in results[0].tracked]
+    gone = gone_note(
+        [one.notices for one in results[0].tracked],
+        [one.estimate.time_s for one in results[0].tracked],
+        len(capture.cameras),
+    )
+    results = [replace(one, gone=gone) for one in results]
     late = doubt_step(capture, among=among)
     if late is not None:
         return [replace(one, step_doubt=late) for one in results]

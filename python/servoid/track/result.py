@@ -87,7 +87,7 @@ class TrackResult:
     `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`, and
     `step_doubt` by how much one camera is behind another, or that depth images do not change, by
     `capture.doubt_step`. `edit_doubt` says that images were shifted or enlarged after they were
-    taken, by `capture.examine_edited`.
+    taken, by `capture.examine_edited`. `gone` says from when on a camera gave nothing.
     `is_metric` is False if the body's lengths are in an unknown unit.
     """
 
@@ -106,6 +106,7 @@ class TrackResult:
     step_doubt: str | None = None
     is_metric: bool = True
     edit_doubt: str | None = None
+    gone: str | None = None
 
     def __repr__(self) -> str:
         return said(

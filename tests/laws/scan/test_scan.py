@@ -25,6 +25,7 @@ from rooms_to_scan import (
     write_photos,
 )
 
+from servoid.camera import Lens
 from servoid.capture import open_capture
 from servoid.errors import OutputError, ScanError
 from servoid.output import check_replaceable
@@ -255,3 +256,35 @@ def test_a_scan_to_which_files_were_added_is_not_replaced(
         if added.parent.name == "own":
             added.parent.rmdir()
     check_replaceable(copied, FOLDER)
+
+
+def test_a_right_scan_has_no_doubt_of_its_images_and_lens(scanned: Scan) -> None:
+    assert all(word not in note for note in scanned.doubts for word in ("error", "principal"))
+
+
+def test_images_that_fit_worse_than_the_page_calls_good_are_told_and_named(scanned: Scan) -> None:
+    size_px = scanned.solution.lens.size_px
+    good_px = 0.001 * float(np.hypot(*size_px))
+    errors = np.full(len(WALK), 0.9 * good_px)
+    errors[3] = 3.0 * good_px
+    wrong = replace(scanned, solution=replace(scanned.solution, error_px=errors))
+    doubts = " ".join(wrong.doubts)
+    assert wrong.solution.rms_px > good_px and "images that were stretched" in doubts
+    assert f"of p003 ({errors[3]:.2g} px) the reprojection error is more than twice" in doubts
+    fit = replace(scanned.solution, error_px=np.full(len(WALK), 0.9 * good_px))
+    assert not any("error" in one for one in replace(scanned, solution=fit).doubts)
+
+
+def test_a_principal_point_far_from_the_middle_is_told(scanned: Scan) -> None:
+    lens = scanned.solution.lens
+    (u, v), (_, height) = lens.center_px, lens.size_px
+    aside = Lens(
+        model=lens.model,
+        size_px=lens.size_px,
+        focal_px=lens.focal_px,
+        center_px=(u, v - 0.18 * height),
+        distortion=lens.distortion,
+    )
+    found = replace(scanned.solution, lens=aside, center_is_found=True)
+    [doubt] = [one for one in replace(scanned, solution=found).doubts if "principal point" in one]
+    assert "far from the middle" in doubt and "pixels are not square" in doubt

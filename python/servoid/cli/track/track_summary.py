@@ -90,6 +90,8 @@ def _rows(result: TrackResult) -> Iterator[Row]:
     yield from _wrapped("not tracked", _gaps(result.gaps))
     if result.nowhere is not None:
         yield from _wrapped("note", result.nowhere)
+    if result.gone is not None:
+        yield from _wrapped("note", result.gone)
     fits = "" if result.overlap is None else f", silhouette IoU {result.overlap:.2f}"
     parts = counted(len(result.body), "ellipsoid")
     first = "" if result.evolutions else f", {parts}"

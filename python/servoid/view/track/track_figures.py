@@ -100,6 +100,8 @@ class TrackFigures:
             yield f"In doubt since the start: {doubt}."
         if result.nowhere is not None:
             yield f"{result.nowhere[0].upper()}{result.nowhere[1:]}."
+        if result.gone is not None:
+            yield f"{result.gone[0].upper()}{result.gone[1:]}."
         notices = notice_times([one for one in result.tracked if not one.is_tracked])
         if notices:
             words, times = next(iter(notices.items()))

@@ -1,8 +1,11 @@
 """What goes wrong with images and objects is said, and no wrong pose is called tracked."""
 
+import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from faults import Moment, Moments, faults
@@ -11,8 +14,11 @@ from tiers import tiered
 from tracking_errors import tracking_errors
 
 from servoid._native import Estimate
+from servoid.capture import open_capture
+from servoid.errors import ModelError
 from servoid.pose.exact import Floats
 from servoid.sim import MovingScene
+from servoid.track import track_capture
 
 STRIKES = 10
 LAST = 24
@@ -137,3 +143,15 @@ def test_a_lost_object_s_pose_is_less_sure(
     spread = [float(np.trace(one.covariance)) for one in estimates]
     # The best of all wrong poses may fit as sharply as a right one; it is not what is reported.
     assert min(spread[5:]) > 10.0 * max(spread[:5])
+
+
+def test_an_eye_of_another_size_is_named_before_what_follows_from_it(
+    recording: Callable[[str], Recording], tmp_path: Path
+) -> None:
+    folder = tmp_path / "pair"
+    shutil.copytree(recording("colour").folder, folder)
+    for path in (folder / "right").iterdir():
+        image = np.asarray(cv2.imread(str(path)))
+        cv2.imwrite(str(path), cv2.resize(image, None, fx=0.5, fy=0.5))
+    with pytest.raises(ModelError, match=r"^of observation 0, camera right: .* is 160x120 pixels"):
+        track_capture(open_capture(folder))

@@ -85,7 +85,7 @@ def check_held(paths: Iterable[Path], folder: Path, place: str) -> None:
         if not target.is_relative_to(home):
             raise CaptureError(
                 f"{place}: a link leads from {path} to {target}, out of the capture's folder "
-                f"{folder}; copy its target into the folder"
+                f"{folder}; copy its target into the folder, or link it hard (ln without -s)"
             )
 
 

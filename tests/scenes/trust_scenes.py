@@ -81,15 +81,17 @@ TOYS = {
     "spot": Toy(0.15, (0.75, 0.7, 0.65)),
 }
 _TOY = "toy "  # before the name of one
-# Turned on a lathe: a skittle of one colour, whose spin nothing shows, and a bottle with a label on
-# a third of its girth. Profiles are radii and heights in millimetres.
-SKITTLE, LABELLED = "skittle", "labelled bottle"
+# Turned on a lathe: a skittle and a bottle of one colour, whose spin nothing shows, and a bottle with
+# a label on a third of its girth. Profiles are radii and heights in millimetres.
+SKITTLE, PLAIN_BOTTLE, LABELLED = "skittle", "plain bottle", "labelled bottle"
+_BOTTLE = ((30, -90), (34, -85), (34, 30), (20, 55), (12, 70), (12, 90))
 _PROFILES = {
+    PLAIN_BOTTLE: _BOTTLE,
     SKITTLE: ((20, -90), (34, -60), (36, -20), (20, 20), (14, 50), (19, 70), (12, 90)),
-    LABELLED: ((30, -90), (34, -85), (34, 30), (20, 55), (12, 70), (12, 90)),
+    LABELLED: _BOTTLE,
 }
 _RINGS = 60
-_PAINT = (0.8, 0.25, 0.2)
+_PAINTS = {SKITTLE: (0.8, 0.25, 0.2), PLAIN_BOTTLE: (0.25, 0.5, 0.75)}
 _LABEL_PX, _GLASS = (200, 600), (60, 120, 190)  # of its texture, once around; grey levels of sRGB
 
 
@@ -131,9 +133,9 @@ def parts_of(name: str) -> tuple[Visual, ...] | None:
     """Return what a toy is drawn as; nothing for the world's own objects, which it draws itself."""
     if name == LABELLED:
         return (Visual(_lathed(name), Finish(texture=_label(), gloss=GLOSS), OBJECT),)
-    if name != SKITTLE and not name.startswith(_TOY):
+    if name not in _PAINTS and not name.startswith(_TOY):
         return None
-    color = _PAINT if name == SKITTLE else TOYS[name.removeprefix(_TOY)].color
+    color = _PAINTS[name] if name in _PAINTS else TOYS[name.removeprefix(_TOY)].color
     finish = Finish(color=color, gloss=GLOSS)
     return (Visual(MeshShape(*mesh_of(name)), finish, OBJECT),)
 
@@ -214,6 +216,7 @@ TOY_COURSES = {
 }
 SPINS = {
     "skittle": Course((SKITTLE,), 60, 3.0, turned_deg=on_and_on),
+    "plain bottle": Course((PLAIN_BOTTLE,), 60, 3.0, turned_deg=on_and_on),
     "labelled bottle": Course((LABELLED,), 100, 3.0, turned_deg=on_and_on),
 }
 # The toys only where their meshes lie beside the repository.

@@ -73,7 +73,8 @@ impl Tracker {
         if is_one_look { LEVER_OF_ONE_LOOK } else { LEVER }
     }
 
-    fn lever(&self, hypothesis: &Hypothesis) -> f64 {
+    /// Returns how far the outline moves with the rotation that moves it least.
+    pub(in crate::track) fn lever(&self, hypothesis: &Hypothesis) -> f64 {
         self.weakest_turn(hypothesis).map_or(0.0, |turn| turn.lever)
     }
 

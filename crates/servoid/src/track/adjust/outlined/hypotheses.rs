@@ -54,7 +54,7 @@ const FITS: (f64, f64, f64) = (0.008, 0.011, 0.25);
 const SURE: (f64, f64, f64) = (0.0055, 0.007, 0.2);
 const LEAST_SURE: usize = 3;
 /// Least lever of the outlines of all keyframes together for the same: bodies of revolution that are
-/// adjusted to noisy boundaries reach 0.037.
+/// adjusted to noisy boundaries mostly reach 0.037.
 pub(super) const LEVER: f64 = 0.045;
 /// Largest misfit of an image, in radii, for the covariance of a keyframe to be that of its pose.
 const IMAGE: f64 = 0.0085;

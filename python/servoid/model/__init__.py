@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from servoid._native import ModelSettings, PaperSettings, Step
 from servoid.model.cloud import fit_range_samples
 from servoid.model.depth_agreement import with_twins
+from servoid.model.depth_registration import misregistered
 from servoid.model.finding import find_in_view
 from servoid.model.fit import Request, fit, fit_mesh
 from servoid.model.look import (

@@ -16,6 +16,7 @@ from servoid.model.depth_agreement import (
     parted_notes,
     with_twins,
 )
+from servoid.model.depth_registration import NOT_REGISTERED, misregistered
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
@@ -87,6 +88,9 @@ def fit_capture(
     # Those of targets were compared when the object was found.
     if not marked.from_targets and not request.trust_targets:
         doubts.extend(parted_notes(known))
+    off = misregistered(known)
+    doubts.extend([] if off is None else [off.words])
+    wrong_by = NOT_REGISTERED if off is not None and off.is_sure else None
     samples = join_range_samples(range_samples_of_views(known))
     if len(samples):
         check_depth_agrees(with_twins(known, [*known, *marked.others]))
@@ -122,7 +126,8 @@ def fit_capture(
             raise
         raise ModelError("; ".join([str(error), *doubts, *notes])) from error
     scale = scale_note(result.body, result.native_used) if capture.metric else None
-    return _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
+    noted = _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
+    return replace(noted, wrong_by=wrong_by)
 
 
 def _noted(

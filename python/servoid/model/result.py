@@ -94,6 +94,7 @@ class ModelResult:
     body may be wrong although its input fits it: what a target found, masks, poses, units, normals
     or the calibration. `targets` is how the object was marked. `seconds` is the duration of the
     whole call. `is_metric` is False if lengths are in an unknown unit, that of the capture.
+    `wrong_by` is what makes the body, and all poses that are tracked with it, surely wrong.
     """
 
     body: Body
@@ -115,6 +116,7 @@ class ModelResult:
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     is_metric: bool = True
+    wrong_by: str | None = None
 
     def __repr__(self) -> str:
         views = (len(self.used_views), len(self.unused_views))

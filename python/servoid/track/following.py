@@ -31,7 +31,7 @@ from servoid.track.follower import avoid, depths_for
 from servoid.track.gone import gone_note
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked, TrackResult
-from servoid.track.starting import START_IN_DOUBT, Followed, begin
+from servoid.track.starting import Followed, begin, doubtful
 from servoid.words import counted
 
 
@@ -249,6 +249,7 @@ class Collector:
                     doubts=one.doubts,
                     starting_s=one.starting_s,
                     overlap=one.overlap,
+                    wrong_by=one.wrong_by,
                     is_metric=one.is_metric,
                 )
             )
@@ -263,7 +264,7 @@ def _step(one: Followed, instant: Instant, may_evolve: bool) -> Tracked:
     notices = list(estimate.notices)
     if one.is_wrong:
         estimate = estimate.in_doubt(located=False)
-        notices.append(START_IN_DOUBT)
+        notices.append(doubtful(one.wrong_by))
     tracked = Tracked(
         index=instant.index,
         estimate=estimate,

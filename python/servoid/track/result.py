@@ -87,7 +87,8 @@ class TrackResult:
     `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`, and
     `step_doubt` by how much one camera is behind another, or that depth images do not change, by
     `capture.doubt_step`. `edit_doubt` says that images were shifted or enlarged after they were
-    taken, by `capture.examine_edited`. `gone` says from when on a camera gave nothing.
+    taken, by `capture.examine_edited`. `gone` says from when on a camera gave nothing, and `wrong_by`
+    what makes all poses surely wrong from the first on.
     `is_metric` is False if the body's lengths are in an unknown unit.
     """
 
@@ -104,6 +105,7 @@ class TrackResult:
     calibration_doubt: str | None = None
     rig_doubt: str | None = None
     step_doubt: str | None = None
+    wrong_by: str | None = None
     is_metric: bool = True
     edit_doubt: str | None = None
     gone: str | None = None
@@ -204,9 +206,11 @@ class TrackResult:
     def nowhere(self) -> str | None:
         """Return what to do if no image after the first confirms a pose; None if one does.
 
-        None as well where the poses of the rig or the images are in doubt, which says what to do.
+        None as well where a doubt says what to do: that of the poses of the rig, of the images, or a
+        sure one.
         """
-        is_told = self.rig_doubt is not None or self.edit_doubt is not None
+        doubts = (self.rig_doubt, self.edit_doubt, self.wrong_by)
+        is_told = any(one is not None for one in doubts)
         return _NOWHERE if self.tracked_count <= 1 < len(self) and not is_told else None
 
     @property

@@ -8,11 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid import model
-from servoid._native import Body, Estimate, Pose, View, poses_from_masks
+from servoid._native import Body, Estimate, Pose
 from servoid.brief import brief
-from servoid.capture import Capture, CaptureView
+from servoid.capture import Capture
 from servoid.errors import ModelError, TargetError, TrackError
-from servoid.model import center_notes, find_everywhere, mark, swapped_note, views_meant
+from servoid.model import (
+    center_notes,
+    find_everywhere,
+    mark,
+    misregistered,
+    swapped_note,
+    views_meant,
+)
 from servoid.segment import Target
 from servoid.shape import NO_UNIT, body_size_note, placed
 from servoid.source import Instant, cameras_of
@@ -26,11 +33,10 @@ from servoid.track.doubts import (
     turn_note,
 )
 from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, avoid, depths_for
+from servoid.track.masked import Masks, masks_of, poses_at_masks
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
 from servoid.track.smoothing import smoothed
-
-Masks = tuple[NDArray[np.uint8] | None, ...]
 
 _LEAST_OVERLAP = 0.1  # of a body and a mask; with less they are different objects
 _ELSEWHERE = (
@@ -38,7 +44,12 @@ _ELSEWHERE = (
     "if it is the object's mask, correct the start or leave it out; if it is another one's, mark "
     "the object with --target"
 )
-START_IN_DOUBT = "the pose of the start is in doubt, and no image confirms it"
+_IN_DOUBT = "the pose of the start is in doubt, and no image confirms it"
+
+
+def doubtful(wrong_by: str | None) -> str:
+    """Return the notice with each pose that is in doubt from the start, and by what it is wrong."""
+    return _IN_DOUBT if wrong_by is None else f"{wrong_by}: no image confirms a pose"
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +60,9 @@ class Followed:
     modelling. `overlap` is the intersection over union of the body's outline and the masks of the
     first observation, their mean; None without masks. `doubts` are those of the notes that doubt
     the mask, the body or the pose. `is_metric` is False if the body's lengths are in an unknown
-    unit. `is_wrong` says that mask, appearance or measured distance contradict the start: all later
-    poses, which follow from it, are wrong by as much.
+    unit. `is_wrong` says that mask, appearance or measured distance contradict the start, or that
+    the body was made of what is surely wrong, `wrong_by`: all later poses, which follow from it,
+    are as well.
     """
 
     name: str
@@ -64,6 +76,7 @@ class Followed:
     doubts: tuple[str, ...] = ()
     is_metric: bool = True
     is_wrong: bool = False
+    wrong_by: str | None = None
 
     __repr__ = brief
 
@@ -110,6 +123,7 @@ class _Known:
     others: tuple[Pose, ...] = ()  # at which the body fits its masks about as well
     doubts: tuple[str, ...] = ()  # those of the notes on the masks or the pose
     is_metric: bool = True
+    wrong_by: str | None = None  # what its body was made of, if that is surely wrong
 
 
 def begin(
@@ -176,18 +190,19 @@ def begin(
     # Where the pose was given, the object may look otherwise in another light. One that fits masks
     # alone may be one of several, or of another object, and no later image tells.
     is_guessed = subject.start is None
-    is_wrong = is_elsewhere and (
-        is_off or is_guessed or (recognition is not None and recognition.is_elsewhere)
+    is_wrong = known.wrong_by is not None or (
+        is_elsewhere
+        and (is_off or is_guessed or (recognition is not None and recognition.is_elsewhere))
     )
     turned = None
     if known.pose is not None and known.others and subject.appearance is None:
         turned = turn_note(known.pose, known.others)
         doubts.append(turned)
     notices = list(estimate.notices)
-    if is_elsewhere or turned is not None:
+    if is_elsewhere or is_wrong or turned is not None:
         # That it was given does not make its pose right.
-        estimate = estimate.in_doubt(located=not is_elsewhere)
-        notices.append(START_IN_DOUBT)
+        estimate = estimate.in_doubt(located=not (is_elsewhere or is_wrong))
+        notices.append(doubtful(known.wrong_by))
     return Followed(
         name=subject.name,
         tracker=tracker,
@@ -205,6 +220,7 @@ def begin(
         doubts=(*known.doubts, *doubts),
         is_metric=known.is_metric,
         is_wrong=is_wrong,
+        wrong_by=known.wrong_by,
     )
 
 
@@ -282,7 +298,7 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
             observations=only,
             distance_m=request.distance_m,
         )
-        masks = _masks(usable, made.used_views)
+        masks = masks_of(usable, made.used_views)
         return _Known(
             body=made.body,
             pose=made.body.world_from_object,
@@ -291,6 +307,7 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
             notes=made.all_notes,
             doubts=made.all_doubts,
             is_metric=made.is_metric,
+            wrong_by=made.wrong_by,
         )
     size = body_size_note(subject.body) if subject.is_metric else None
     if capture.metric and not subject.is_metric:
@@ -312,14 +329,17 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
         views = marked.views if subject.start is not None else find_everywhere(marked, modelling)
         swapped = swapped_note([view.mask() for view in marked.views])
         doubts = (*doubts, *marked.doubts, *(() if swapped is None else (swapped,)))
+        off = misregistered(marked.views)
+        doubts = doubts if off is None else (*doubts, off.words)
         known = replace(
             known,
-            masks=_masks(usable, views),
+            masks=masks_of(usable, views),
             notes=(*doubts, *marked.notes),
             doubts=doubts,
         )
     if subject.start is None:
-        pose, *others = _placed(capture, instant, subject, known.masks, request.seed) or (None,)
+        found = poses_at_masks(capture, instant, subject, known.masks, request.seed)
+        pose, *others = found or (None,)
         return replace(known, pose=pose, others=tuple(others))
     if known.masks is not None:
         outlined = placed(subject.body, subject.start)
@@ -348,29 +368,6 @@ def _distance(
     return check_distance(views, placed(known.body, known.pose))
 
 
-def _placed(
-    capture: Capture, instant: Instant, subject: Subject, masks: Masks | None, seed: int | None
-) -> list[Pose]:
-    """Find all poses at which a body fits its masks, if there are any, the best one first."""
-    seen = zip(
-        cameras_of(capture),
-        instant.world_from_camera,
-        masks or (None,) * len(instant.images),
-        instant.images,
-        strict=True,
-    )
-    marked = [
-        (View(camera=camera, world_from_camera=world_from_camera, mask=mask), image)
-        for camera, world_from_camera, mask, image in seen
-        if mask is not None and mask.any() and image is not None
-    ]
-    if not marked or subject.body is None:
-        return []
-    views, images = (list(parts) for parts in zip(*marked, strict=True))
-    found = poses_from_masks(subject.body, views, images, subject.colors, seed or 0)
-    return [world_from_object for world_from_object, _ in found]
-
-
 def _usable(capture: Capture, instant: Instant) -> Capture:
     """Return the capture without the images of the instant that could not be read."""
     cameras = []
@@ -380,16 +377,3 @@ def _usable(capture: Capture, instant: Instant) -> Capture:
             pictures[instant.index] = None
         cameras.append(camera if image is not None else replace(camera, pictures=tuple(pictures)))
     return replace(capture, cameras=tuple(cameras))
-
-
-def _masks(capture: Capture, views: Sequence[CaptureView]) -> Masks:
-    """Return a mask for each pinhole camera, None where no view has one."""
-    found: dict[str, NDArray[np.uint8]] = {}
-    ideals = {camera.name: camera.ideal for camera in capture.cameras}
-    for view in views:
-        ideal = ideals[view.camera_name]
-        if view.given_mask is None:
-            found[view.camera_name] = replace(view, shared=ideal).mask()
-        elif view.ideal is ideal:
-            found[view.camera_name] = view.given_mask
-    return tuple(found.get(camera.name) for camera in capture.cameras)

@@ -21,6 +21,7 @@ from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
 from servoid.model.misfit import center_notes, scale_note, swapped_note
+from servoid.model.missing_depth import missing_depth
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
 from servoid.model.range_samples import (
@@ -101,7 +102,9 @@ def fit_capture(
     alone = len(known) + len(marked.others) == 1 and not len(samples)
     if alone or distance_m is not None:
         alone_of = _one_instant(capture, known[0]) if observations is None else ""
-        distance_m = _distance(distance_m, alone, capture.notes, alone_of)
+        why = missing_depth(capture, known[0]) if distance_m is None else None
+        said = [*([] if why is None else [why]), *capture.notes]
+        distance_m = _distance(distance_m, alone, said, alone_of)
         result = fit_one_view(known[0], distance_m, request)
         return _noted(result, targets, notes, doubts, is_metric=capture.metric)
     if marked.others and (len(known) < 2 or marked.from_targets):
@@ -256,7 +259,8 @@ def _distance(
         raise ModelError(
             "modelling needs at least two views from different places, but 1 was "
             f"{'used.' if why_alone else 'given:'}{why_alone} a single image does not determine "
-            f"how far the object is; give its distance in metres, such as --distance 0.6{of_depth}"
+            f"how far the object is; give its distance in metres, such as --distance 0.6 "
+            f"(distance_m=0.6 in Python){of_depth}"
         )
     if not alone:
         raise ModelError(

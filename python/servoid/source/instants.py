@@ -21,6 +21,7 @@ from servoid.rates import ASSUMED_HZ
 from servoid.source.source import Instant
 from servoid.words import camera_called
 
+_NO_DEPTH = "the depth image has no distance in any pixel, and is not used"
 _MOST_UNKNOWN = 0.5  # an image with more unknown pixels is unusable
 
 
@@ -145,6 +146,8 @@ def _measured(camera: CaptureCamera, index: int) -> tuple[NDArray[np.float32] | 
         recorded = camera.recorded_depth(index)
         if recorded is None:
             return None, None
+        if not (np.isfinite(recorded) & (recorded > 0.0)).any():
+            return None, f"{camera_called(camera.name)}: {_NO_DEPTH}"
         depth = camera.ideal.maps().depth(recorded)
     except ImageError as error:
         return None, f"{camera_called(camera.name)}: {error}"

@@ -1,0 +1,43 @@
+"""Says why the depth images of a capture do not tell how far an object is."""
+
+import numpy as np
+
+from servoid.capture import Capture, CaptureView
+
+
+def missing_depth(capture: Capture, view: CaptureView) -> str | None:
+    """Return why a view has no depth of its object, although its camera has some; else None.
+
+    Raises:
+        CaptureError, ImageError, MaskError: a file cannot be used.
+
+    """
+    depth = view.depth() if view.has_depth else None
+    if depth is not None:
+        inside = view.mask() != 0
+        known = np.isfinite(depth) & (depth > 0.0)
+        where = (
+            "in any pixel"
+            if not known.any()
+            else f"in the object's mask, but in {100.0 * float(known.mean()):.0f} % of its pixels"
+        )
+        return (
+            f"the depth image of {view.name} has no distance {where}"
+            if not known[inside].any()
+            else f"the depth image of {view.name} has too few distances in the object's mask"
+        ) + (
+            ": is the object in the range of the sensor, is the image registered to the colour "
+            "image, and are its values positive?"
+        )
+    cameras = (camera for camera in capture.cameras if camera.name == view.camera_name)
+    for camera in cameras:
+        depths = camera.depths_m or camera.depth_paths
+        there = [index for index, one in enumerate(depths) if one is not None]
+        later = next((index for index in there if index > view.index), None)
+        if later is not None:
+            return (
+                f"{view.name} has no depth image, but observation {later} has: begin there "
+                f"(--observations {later}:, or observations=slice({later}, None) in Python), and "
+                "mark the object there"
+            )
+    return None

@@ -22,7 +22,12 @@ from servoid.camera.images import (
 from servoid.camera.lenses import make_lens, pinhole_lens
 from servoid.camera.pages import count_pages
 from servoid.camera.picture import Picture
-from servoid.camera.principal_point import off_center_note, outside_note, principal_point_note
+from servoid.camera.principal_point import (
+    off_center_note,
+    outside_note,
+    principal_point_note,
+    wrong_size,
+)
 from servoid.camera.smoothing import gaussian
 from servoid.camera.srgb import linear_light
 from servoid.camera.undistort import IdealCamera, Undistortion, needs_object, undistortion

@@ -3,6 +3,7 @@
 from servoid._native import Camera, Lens
 from servoid.words import digits
 
+_AT_CORNER, _ON_DIAGONAL = 0.9, 0.05  # of the width and height: surely of larger images
 _FAR_OFF = 0.12  # of the width or height: real ones are within 0.05 of the middle
 
 
@@ -32,6 +33,22 @@ def off_center_note(what: str, camera: Camera | Lens) -> str | None:
 def principal_point_note(what: str, camera: Camera | Lens) -> str | None:
     """Report a principal point that is outside of the image, or far from its middle."""
     return outside_note(what, camera) or off_center_note(what, camera)
+
+
+def wrong_size(what: str, camera: Camera | Lens) -> str | None:
+    """Return that a calibration is surely that of larger images, from the place of its middle.
+
+    Images that are cut out of larger ones have it anywhere, but hardly on their diagonal, and at
+    its end.
+    """
+    sides = zip(camera.center_px, camera.size_px, strict=True)
+    shares = [(center + 0.5) / size for center, size in sides]
+    if min(shares) < _AT_CORNER or max(shares) - min(shares) > _ON_DIAGONAL * max(shares):
+        return None
+    return (
+        f"the calibration of {what} is that of images {2.0 * max(shares):.2g} times as "
+        f"large: its principal point is {_place(camera)} px in images of {_size(camera)} pixels"
+    )
 
 
 def _off_middle(camera: Camera | Lens) -> float:

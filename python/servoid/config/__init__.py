@@ -41,6 +41,8 @@ from servoid.config.plausible import (
     OBJECT_SPEED,
     PERIOD_S,
     REACH_M,
+    SENSED_AWAY_M,
+    SENSED_SIZE_M,
     SQUARE_M,
     TURN,
     TURN_SPEED,

@@ -13,6 +13,9 @@ OBJECT_LEAST_M, OBJECT_MOST_M = 1e-3, 10.0
 MODELLED_AWAY_M, MODELLED_SIZE_M = (0.02, 20.0), (2e-3, 5.0)
 """The distances and sizes of objects to model: others are doubted, as of lengths in centimetres."""
 
+SENSED_AWAY_M, SENSED_SIZE_M = 10.0, 3.0
+"""The same, at most, of objects that a depth camera measures: it sees a few metres far."""
+
 FAR_M = 100.0
 """The distance from cameras to what they measure, and from an arm to where it may go."""
 

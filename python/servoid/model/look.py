@@ -11,6 +11,8 @@ from servoid.capture import Capture, CaptureView, check_measurable
 from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.contradicting_views import contradicting_views
 from servoid.model.depth_agreement import (
+    TWO_SURFACES,
+    Parted,
     check_depth_agrees,
     parted_by_stereo,
     parted_notes,
@@ -20,7 +22,7 @@ from servoid.model.depth_registration import NOT_REGISTERED, misregistered
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
-from servoid.model.misfit import center_notes, scale_note, swapped_note
+from servoid.model.misfit import TOO_FAR, center_notes, is_too_far, scale_note, swapped_note
 from servoid.model.missing_depth import missing_depth
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
@@ -87,18 +89,19 @@ def fit_capture(
         notes.append(NO_METRES)
     known = list(marked.views)
     # Those of targets were compared when the object was found.
+    parted: list[Parted] = []
     if not marked.from_targets and not request.trust_targets:
-        doubts.extend(parted_notes(known))
+        parted = parted_notes(known)
     off = misregistered(known)
     doubts.extend([] if off is None else [off.words])
-    wrong_by = NOT_REGISTERED if off is not None and off.is_sure else None
     samples = join_range_samples(range_samples_of_views(known))
     if len(samples):
         check_depth_agrees(with_twins(known, [*known, *marked.others]))
     elif _from_one_side([*known, *marked.others]):
-        samples, parted = _measured(marked, notes)
+        samples, found = _measured(marked, notes)
         if not marked.from_targets and not request.trust_targets:
-            doubts.extend(parted)
+            parted = found
+    doubts.extend(one.words for one in parted)
     alone = len(known) + len(marked.others) == 1 and not len(samples)
     if alone or distance_m is not None:
         alone_of = _one_instant(capture, known[0]) if observations is None else ""
@@ -128,7 +131,15 @@ def fit_capture(
         if len(used) > 1:
             raise
         raise ModelError("; ".join([str(error), *doubts, *notes])) from error
-    scale = scale_note(result.body, result.native_used) if capture.metric else None
+    place = result.body, result.native_used
+    has_sensor = any(view.has_depth for view in known)
+    scale = scale_note(*place, has_sensor=has_sensor) if capture.metric else None
+    reasons = {
+        NOT_REGISTERED: off is not None and off.is_sure,
+        TWO_SURFACES: 2 * sum(one.is_sure for one in parted) > len(marked.views),
+        TOO_FAR: capture.metric and len(samples) > 0 and is_too_far(*place),
+    }
+    wrong_by = next((reason for reason, holds in reasons.items() if holds), None)
     noted = _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
     return replace(noted, wrong_by=wrong_by)
 
@@ -276,13 +287,13 @@ def _from_one_side(views: Sequence[CaptureView]) -> bool:
     return bool(exact.product(axes, axes.T).min() > exact.cos(np.radians(_ONE_SIDE_DEG)))
 
 
-def _measured(marked: Marked, notes: list[str]) -> tuple[RangeSamples, list[str]]:
+def _measured(marked: Marked, notes: list[str]) -> tuple[RangeSamples, list[Parted]]:
     """Measure the depth in each marked view that has another view of the same instant.
 
     Return it with reports of masks that cover two surfaces.
     """
     parts: list[RangeSamples] = []
-    parted: list[str] = []
+    parted: list[Parted] = []
     for view, twin in with_twins(marked.views, [*marked.views, *marked.others]):
         check_measurable(view, twin)
         try:

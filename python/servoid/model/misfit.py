@@ -8,11 +8,20 @@ from numpy.typing import NDArray
 from servoid._native import Body, View
 from servoid.camera import principal_point_note
 from servoid.capture import CaptureView
-from servoid.config import MODELLED_AWAY_M, MODELLED_SIZE_M
+from servoid.config import (
+    FAR_M,
+    MODELLED_AWAY_M,
+    MODELLED_SIZE_M,
+    SENSED_AWAY_M,
+    SENSED_SIZE_M,
+)
 from servoid.model.verdict import GOOD_IOU, LEAST_IOU
 from servoid.pose import exact
 from servoid.words import counted, measured
 
+TOO_FAR = f"the object is measured more than {FAR_M:g} m away, which is not in metres"
+
+_SMALL_UNITS = "in millimetres or centimetres"
 _LEAST_OF_ONE = 0.3  # an intersection over union below which a view contradicts the body
 _LEAST_OF_ALL = 0.7  # their mean, below which the body is not the object
 _TIMES, _BESIDE = 3.0, 0.1  # the misfit of the median, and this more, contradict the body as well
@@ -100,16 +109,17 @@ def swapped_note(masks: Sequence[NDArray[np.uint8]]) -> str | None:
     )
 
 
-def scale_note(body: Body, views: Sequence[View]) -> str | None:
-    """Report an object of a size, or at a distance, that can hardly be in metres."""
-    ways = [
-        exact.norm(np.subtract(body.world_from_object.translation, eye))
-        for eye in (view.world_from_camera.translation for view in views)
-    ]
-    away, size = min(ways, default=1.0), 2.0 * float(body.radii.max())
+def scale_note(body: Body, views: Sequence[View], *, has_sensor: bool = False) -> str | None:
+    """Report an object of a size, or at a distance, that can hardly be in metres.
+
+    `has_sensor` says that a depth camera measured it, which sees a few metres far.
+    """
+    away, size = _away(body, views), 2.0 * float(body.radii.max())
     (nearest, farthest), (least, most) = MODELLED_AWAY_M, MODELLED_SIZE_M
+    if has_sensor:
+        farthest, most = SENSED_AWAY_M, SENSED_SIZE_M
     if away > farthest or size > most:
-        why = "in millimetres or centimetres"
+        why = "in millimetres, centimetres or inches" if has_sensor else _SMALL_UNITS
     elif away < nearest or size < least:
         why = "too small by 1000, as of metres that are read as millimetres"
     else:
@@ -119,6 +129,19 @@ def scale_note(body: Body, views: Sequence[View]) -> str | None:
         f"depths {why}, or the cameras' distance from each other? They are in metres "
         "everywhere; a capture.toml gives the unit of its depth images as depth_scale_m"
     )
+
+
+def is_too_far(body: Body, views: Sequence[View]) -> bool:
+    """Return whether an object is farther away than what cameras on a rig can measure."""
+    return _away(body, views) > FAR_M
+
+
+def _away(body: Body, views: Sequence[View]) -> float:
+    ways = [
+        exact.norm(np.subtract(body.world_from_object.translation, eye))
+        for eye in (view.world_from_camera.translation for view in views)
+    ]
+    return min(ways, default=1.0)
 
 
 def center_notes(views: Iterable[CaptureView]) -> list[str]:

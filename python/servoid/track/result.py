@@ -91,8 +91,8 @@ class TrackResult:
     `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`, and
     `step_doubt` by how much one camera is behind another, or that depth images do not change, by
     `capture.doubt_step`. `edit_doubt` says that images were shifted or enlarged after they were
-    taken, by `capture.examine_edited`. `gone` says from when on a camera gave nothing, and `wrong_by`
-    what makes all poses surely wrong from the first on.
+    taken, by `capture.examine_edited`. `gone` says from when on a camera gave nothing, and
+    `wrong_by` what makes all poses surely wrong from the first on.
     `is_metric` is False if the body's lengths are in an unknown unit.
     """
 
@@ -228,8 +228,8 @@ class TrackResult:
     def nowhere(self) -> str | None:
         """Return what to do if no image after the first confirms a pose; None if one does.
 
-        None as well where a doubt says what to do: that of the poses of the rig, of the images, or a
-        sure one.
+        None as well where a doubt says what to do: that of the poses of the rig, of the images, or
+        a sure one.
         """
         doubts = (self.rig_doubt, self.edit_doubt, self.wrong_by)
         is_told = any(one is not None for one in doubts)

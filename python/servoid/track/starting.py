@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from servoid import model
 from servoid._native import Body, Estimate, Pose
 from servoid.brief import brief
+from servoid.camera import wrong_size
 from servoid.capture import Capture
 from servoid.errors import ModelError, TargetError, TrackError
 from servoid.model import (
@@ -37,6 +38,7 @@ from servoid.track.masked import Masks, masks_of, poses_at_masks
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
 from servoid.track.smoothing import smoothed
+from servoid.words import camera_called
 
 _LEAST_OVERLAP = 0.1  # of a body and a mask; with less they are different objects
 _ELSEWHERE = (
@@ -190,7 +192,8 @@ def begin(
     # Where the pose was given, the object may look otherwise in another light. One that fits masks
     # alone may be one of several, or of another object, and no later image tells.
     is_guessed = subject.start is None
-    is_wrong = known.wrong_by is not None or (
+    wrong_by = known.wrong_by or _wrong_lens(capture)
+    is_wrong = wrong_by is not None or (
         is_elsewhere
         and (is_off or is_guessed or (recognition is not None and recognition.is_elsewhere))
     )
@@ -202,7 +205,7 @@ def begin(
     if is_elsewhere or is_wrong or turned is not None:
         # That it was given does not make its pose right.
         estimate = estimate.in_doubt(located=not (is_elsewhere or is_wrong))
-        notices.append(doubtful(known.wrong_by))
+        notices.append(doubtful(wrong_by))
     return Followed(
         name=subject.name,
         tracker=tracker,
@@ -220,7 +223,7 @@ def begin(
         doubts=(*known.doubts, *doubts),
         is_metric=known.is_metric,
         is_wrong=is_wrong,
-        wrong_by=known.wrong_by,
+        wrong_by=wrong_by,
     )
 
 
@@ -348,6 +351,11 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
             doubts = (*known.doubts, _ELSEWHERE)
             return replace(known, masks=None, notes=(*known.notes, _ELSEWHERE), doubts=doubts)
     return known
+
+
+def _wrong_lens(capture: Capture) -> str | None:
+    found = (wrong_size(camera_called(one.name), one.lens) for one in capture.cameras)
+    return next((words for words in found if words is not None), None)
 
 
 def _overlap(capture: Capture, instant: Instant, known: _Known) -> float | None:

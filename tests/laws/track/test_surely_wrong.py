@@ -9,7 +9,7 @@ import pytest
 from trust_scenes import SMALL, write_course, write_depth_course
 
 from servoid import model, track
-from servoid.camera import Camera, pinhole_lens, wrong_size
+from servoid.camera import Camera, Lens, pinhole_lens, wrong_size
 from servoid.capture import Capture
 from servoid.exchange import open_any
 from servoid.track import TrackResult, track_capture

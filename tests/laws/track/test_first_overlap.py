@@ -12,7 +12,15 @@ from servoid.pose import Pose
 from servoid.segment import parse_target
 from servoid.shape import Body, load_body, save_body
 from servoid.sim import write_sample
-from servoid.track import Request, Subject, TrackResult, starting, track_capture, unobservable_axes
+from servoid.track import (
+    Request,
+    Subject,
+    TrackResult,
+    masked,
+    starting,
+    track_capture,
+    unobservable_axes,
+)
 from servoid.track.doubts import Recognition, body_doubts, is_contradicted
 
 FIRST = Request(seed=0, observations=slice(12))
@@ -198,7 +206,7 @@ def test_what_is_recognised_gives_the_pose_where_a_mask_alone_was_given(alone: A
     views = [[(turned, 1.0)]]
     subject = Subject(body=body, appearance=file.look(), fitness=file.fitness)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(starting, "poses_from_masks", lambda *_: views[0])
+        patch.setattr(masked, "poses_from_masks", lambda *_: views[0])
         [result] = track_capture(capture, [subject], FIRST)
     off = (
         alone.points[0].world_from_object.inverse() @ result.estimates[0].world_from_object

@@ -61,7 +61,10 @@ def test_why_depth_is_not_used_is_told_where_a_distance_is_asked_for(drawn_captu
     capture = replace(
         open_capture(drawn_capture), notes=("no depth image is within 10 ms", "something else")
     )
-    with pytest.raises(ModelError, match=r"--distance 0\.6; no depth image is within 10 ms$"):
+    with pytest.raises(
+        ModelError,
+        match=r"--distance 0\.6 \(distance_m=0\.6 in Python\); no depth image is within 10 ms$",
+    ):
         fit_capture(capture, observations=slice(0, 1))
 
 

@@ -91,6 +91,12 @@ pub enum TrackError {
          out, or save the body again"
     )]
     Appearance(usize),
+    /// The bytes are an appearance of a later version.
+    #[error(
+        "the appearance is of version {0}, and this servoid reads versions 1 and 2: use a newer one, \
+         leave the appearance out, or save the body again"
+    )]
+    Newer(u8),
     /// An appearance has a number that no object has.
     #[error(
         "{what} in the appearance is {given}, but it must be {allowed}: the appearance is damaged, \

@@ -229,11 +229,44 @@ fn an_appearance_that_is_cut_short_or_too_long_is_refused() {
 }
 
 #[test]
+fn an_appearance_with_too_many_parts_is_refused_in_words_before_they_are_read() {
+    let written = settled().appearance().to_bytes();
+    let parts = [(9, "points"), (13, "colours"), (17, "views")];
+    for (at, what) in parts {
+        let mut bytes = written[..21].to_vec();
+        bytes[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+        let refused = Appearance::from_bytes(&bytes).unwrap_err().to_string();
+        let words = format!("the number of {what} in the appearance is 4294967295, but it must");
+        assert!(refused.starts_with(&words), "{refused}");
+    }
+}
+
+#[test]
+fn an_appearance_that_is_recalled_is_known_as_it_was() {
+    let look = settled().appearance();
+    let mut other = settled();
+    other.recall(&look).unwrap();
+    assert_eq!(other.appearance(), look);
+}
+
+#[test]
+fn an_appearance_of_a_later_version_is_refused_with_that_version() {
+    let mut bytes = settled().appearance().to_bytes();
+    for (version, refused) in [(b'3', TrackError::Newer(3)), (b'9', TrackError::Newer(9))] {
+        bytes[7] = version;
+        assert_eq!(Appearance::from_bytes(&bytes), Err(refused));
+    }
+    bytes[7] = b'x';
+    assert_eq!(Appearance::from_bytes(&bytes), Err(TrackError::Appearance(bytes.len())));
+}
+
+#[test]
 fn an_appearance_with_impossible_numbers_is_refused_in_words() {
     let written = settled().appearance().to_bytes();
     let colors = u32::from_le_bytes(written[13..17].try_into().unwrap()) as usize;
-    let first_share = 17 + 7 * 8 + 4;
-    let first_point = 17 + 7 * 8 + 8 * colors;
+    let first_color = 21 + 7 * 8;
+    let (first_share, first_point) = (first_color + 4, first_color + 8 * colors);
+    let statistics = first_point + 16 * 8 + 3 + 3 * 65;
     let refusal = |at: usize, number: &[u8]| -> String {
         let mut bytes = written.clone();
         bytes[at..at + number.len()].copy_from_slice(number);
@@ -250,6 +283,16 @@ fn an_appearance_with_impossible_numbers_is_refused_in_words() {
     says(double(3, 9.0), "the normal of a point in the appearance is 9.");
     says(double(12, 9.0), "the view of a point in the appearance is 9.");
     says(double(0, 5.0), "a point's distance, in radii of the body, in the appearance is ");
+    let more = |place: usize, number: f64| refusal(statistics + place, &number.to_le_bytes());
+    says(more(3, -1.0), "the drift of a point in the appearance is -1, but it must be 0 or more");
+    says(more(11, -0.1), "the turn in which a point was recognised in the appearance is -0.1");
+    let single = |place: usize, number: f32| refusal(statistics + place, &number.to_le_bytes());
+    says(single(19, -2.0), "the hit rate of a point in the appearance is -1");
+    says(single(23, 99.0), "the hit rate of a point in the appearance is ");
+    let shown = refusal(statistics + 31, &u32::MAX.to_le_bytes());
+    says(shown, "the number of images in which a point showed a pattern in the appearance is 4294");
+    let further = refusal(statistics + 39, &[200]);
+    says(further, "the number of further templates of a point in the appearance is 200");
 }
 
 proptest! {
@@ -261,7 +304,7 @@ proptest! {
     ) {
         let mut bytes = settled().appearance().to_bytes();
         for (place, byte) in &changes {
-            let at = 17 + place.index(bytes.len() - 17);
+            let at = 21 + place.index(bytes.len() - 21);
             bytes[at] = *byte;
         }
         if let Ok(look) = Appearance::from_bytes(&bytes) {

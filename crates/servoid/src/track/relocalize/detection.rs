@@ -24,9 +24,8 @@ impl Tracker {
         let mut rng = self.relocalizer.next_rng();
         let open = self.frame.windows.first().filter(|window| window.is_open());
         let Some(window) = open else { return Vec::new() };
-        let all = self.target.keyframes.all.iter().enumerate();
-        let thumbnails: Vec<_> =
-            all.filter_map(|(at, one)| Some((at, one.thumbnail.as_ref()?))).collect();
+        let all = self.target.thumbnails().enumerate();
+        let thumbnails: Vec<_> = all.filter_map(|(at, one)| Some((at, one?))).collect();
         if thumbnails.is_empty() {
             return Vec::new();
         }
@@ -36,13 +35,13 @@ impl Tracker {
         let mut detected: Vec<(Detection, usize)> = Vec::new();
         for step in 0..count {
             let chosen = (first + step * thumbnails.len() / count) % thumbnails.len();
-            let (keyframe, thumbnail) = thumbnails[chosen];
+            let (view, thumbnail) = thumbnails[chosen];
             let found = best(thumbnail.search(&image, near, far), EACH, |one| one);
-            detected.extend(found.into_iter().map(|one| (one, keyframe)));
+            detected.extend(found.into_iter().map(|one| (one, view)));
         }
-        let pose_of = |(one, keyframe): (Detection, usize)| {
+        let pose_of = |(one, view): (Detection, usize)| {
             let position = window.point(&one.origin_px, one.depth)?;
-            let pose = Pose::from_rotation(known.turn_at(keyframe, &position), position);
+            let pose = Pose::from_rotation(known.turn_at(view, &position), position);
             Some(Found { pose, score: f64::from(one.correlation), evaluations: 0 })
         };
         best(detected, ALL, |one| &one.0).into_iter().filter_map(pose_of).collect()

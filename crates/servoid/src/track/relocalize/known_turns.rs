@@ -40,9 +40,9 @@ impl KnownTurn {
 
 impl KnownTurns {
     /// Returns the orientation of an object at a position where the first camera sees it as in a
-    /// keyframe, by its place among them.
-    pub(super) fn turn_at(&self, keyframe: usize, position: &Vector3<f64>) -> UnitQuaternion<f64> {
-        self.all[keyframe].seen_along(&(position - self.eye))
+    /// known view, by its place among them.
+    pub(super) fn turn_at(&self, view: usize, position: &Vector3<f64>) -> UnitQuaternion<f64> {
+        self.all[view].seen_along(&(position - self.eye))
     }
 
     /// Draws an orientation of an object at a position: near a known one or, if none is known, any.
@@ -63,18 +63,16 @@ pub(super) fn draw_any(rng: &mut Rng) -> UnitQuaternion<f64> {
 }
 
 impl Tracker {
-    /// Returns the orientations of all keyframes, as the first camera sees the same sides now, and
+    /// Returns the orientations of all known views, as the first camera sees the same sides now, and
     /// the last one.
     pub(super) fn known_turns(&self, observation: &Observation<'_>) -> KnownTurns {
         let world_from_camera = observation.world_from_camera[0];
-        let keyframes = self.target.keyframes.all.iter().map(|one| {
-            let turn = world_from_camera.rotation() * one.object_from_camera.inverse();
-            let seen = one.cameras.first().and_then(|camera| *camera);
-            let eye = seen.and_then(|world| world.moved(&one.world_from_object).eye());
+        let views = self.target.eyes().map(|(object_from_camera, eye)| {
+            let turn = world_from_camera.rotation() * object_from_camera.inverse();
             KnownTurn { turn, way: eye.map(|eye| turn * -eye.normalize()) }
         });
         let last = KnownTurn { turn: self.motion.last().rotation(), way: None };
-        let all = keyframes.chain(self.trust.is_started().then_some(last)).collect();
+        let all = views.chain(self.trust.is_started().then_some(last)).collect();
         KnownTurns { eye: world_from_camera.translation(), all }
     }
 }

@@ -31,6 +31,14 @@ pub(crate) struct Palette {
     local: bool,
 }
 
+/// The bins of the object's colours that are not empty, with the share of each.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Shares {
+    /// Whether the bins are those of grey images.
+    pub(crate) grey: bool,
+    pub(crate) bins: Vec<(u32, f32)>,
+}
+
 /// Bits kept per channel.
 pub(super) const BITS: u32 = 4;
 pub(super) const BINS: usize = 1 << (3 * BITS);
@@ -138,16 +146,16 @@ impl Colors {
 
     /// Returns the object's bins that are not empty, with their shares, and whether they are of
     /// grey images. Colours are more informative where both are known.
-    pub(crate) fn object_shares(&self) -> (bool, Vec<(u32, f32)>) {
+    pub(crate) fn object_shares(&self) -> Shares {
         let grey = !self.rgb.object.known && self.grey.object.known;
         let palette = if grey { &self.grey } else { &self.rgb };
-        (grey, palette.object_shares())
+        Shares { grey, bins: palette.object_shares() }
     }
 
     /// Restores the object's shares; the background is unknown then.
-    pub(crate) fn recall(&mut self, shares: &[(u32, f32)], grey: bool) {
-        let palette = if grey { &mut self.grey } else { &mut self.rgb };
-        palette.recall(shares);
+    pub(crate) fn recall(&mut self, shares: &Shares) {
+        let palette = if shares.grey { &mut self.grey } else { &mut self.rgb };
+        palette.recall(&shares.bins);
     }
 
     /// Returns whether the object's colours were recalled.

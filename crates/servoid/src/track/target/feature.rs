@@ -5,13 +5,13 @@ use crate::fitness::SurfacePoint;
 use crate::pose::Pose;
 
 /// A surface point with the variance of its distance and its record of matches.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Feature {
     /// Running number of the point: larger ones are newer.
     pub(crate) id: usize,
     pub(crate) point: SurfacePoint,
     /// Its templates from other sides.
-    further: Vec<SurfacePoint>,
+    pub(crate) further: Vec<SurfacePoint>,
     pub(crate) origin: Origin,
     /// Variance of its position along `toward`, in square metres.
     pub(crate) variance: f64,
@@ -30,9 +30,9 @@ pub(crate) struct Feature {
     pub(crate) slides: bool,
     /// Rotation of the object since then, in radians, up to which it was recognised among many
     /// others: it does not slip within that range.
-    pub(super) proved: f64,
-    pub(super) record: Record,
-    texture: Texture,
+    pub(crate) proved: f64,
+    pub(crate) record: Record,
+    pub(crate) texture: Texture,
 }
 
 impl Feature {
@@ -55,6 +55,11 @@ impl Feature {
             record,
             texture: Texture::default(),
         }
+    }
+
+    /// Returns it without what ties it to the images in which it was detected.
+    pub(crate) fn detached(&self) -> Self {
+        Self { id: 0, origin: Self::new(self.point, self.variance).origin, ..self.clone() }
     }
 
     /// Stores the keyframe, at its pose, in which the point was detected, and the variance of the
@@ -141,11 +146,11 @@ impl Feature {
 
 /// Number of images in which a point was recognised, and in which it also had the contrast of a
 /// pattern, or showed the rotation that the outline showed least.
-#[derive(Debug, Clone, Copy, Default)]
-struct Texture {
-    images: u32,
-    showed: u32,
-    turned: u32,
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Texture {
+    pub(crate) images: u32,
+    pub(crate) showed: u32,
+    pub(crate) turned: u32,
 }
 
 impl Texture {
@@ -158,12 +163,12 @@ impl Texture {
 const LEAST_LOOKS: u32 = 8;
 
 /// Most templates besides the first.
-const MOST_FURTHER: usize = 4;
+pub(crate) const MOST_FURTHER: usize = 4;
 /// Largest standard deviation of a measured distance of a point, as a share of the body's radius.
 pub(crate) const WORST: f64 = 0.05;
 
 /// Position of a point when it was detected, in the world's frame.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Origin {
     /// The keyframe of its view, with which it moves. None for a point that was given.
     pub(crate) keyframe: Option<usize>,

@@ -84,7 +84,7 @@ pub(crate) struct Keyframes {
 }
 
 /// Angle between keyframes, in radians.
-const KEYFRAMES_APART: f64 = 0.10;
+pub(crate) const KEYFRAMES_APART: f64 = 0.10;
 /// The same while distances are guesses.
 const GUESSING: f64 = 0.04;
 /// Angle between keyframes that connect the ends of a loop, in radians.
@@ -92,7 +92,7 @@ const CLOSE: f64 = 0.05;
 /// Angle within which a view belongs to the newest keyframe.
 const NEAR: f64 = 0.25;
 /// Most keyframes, and most dropped ones, that are kept.
-const MOST_KEYFRAMES: usize = 64;
+pub(crate) const MOST_KEYFRAMES: usize = 64;
 const MOST_FORMER: usize = 4096;
 
 /// Returns the orientation of the first camera in the object's frame.

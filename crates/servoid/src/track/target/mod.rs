@@ -5,12 +5,13 @@ pub(super) mod colors;
 pub(super) mod contour_offsets;
 pub(super) mod feature;
 pub(super) mod keyframes;
+pub(super) mod known_view;
 pub(super) mod look;
 mod loops;
 mod other_light;
 pub(super) mod points;
 pub(super) mod ranges;
-mod record;
+pub(super) mod record;
 pub(super) mod reference;
 pub(super) mod relief;
 pub(super) mod shift;
@@ -24,6 +25,7 @@ use self::bias::Bias;
 use self::colors::Colors;
 use self::contour_offsets::ContourOffsets;
 use self::keyframes::Keyframes;
+use self::known_view::KnownView;
 use self::points::Points;
 use self::ranges::Ranges;
 use self::reference::Reference;
@@ -48,6 +50,8 @@ pub(super) struct Target {
     pub(super) ranges: Ranges,
     pub(super) colors: Colors,
     pub(super) keyframes: Keyframes,
+    /// Views that were recalled; its frame is theirs.
+    pub(super) recalled: Vec<KnownView>,
     pub(super) sides: Sides,
     pub(super) reference: Reference,
     pub(super) bias: Bias,
@@ -71,6 +75,7 @@ impl Target {
             ranges: Ranges::default(),
             colors: Colors::new(settings.local_colors),
             keyframes: Keyframes::default(),
+            recalled: Vec::new(),
             sides: Sides::default(),
             reference: Reference::default(),
             outlined: Outlined::default(),

@@ -1,9 +1,9 @@
 /// Record of how often a point or a position of the surface was recognised.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Record {
     /// Images in which it should have been recognised, and in which it was; both decay.
-    seen: f32,
-    agreed: f32,
+    pub(crate) seen: f32,
+    pub(crate) agreed: f32,
 }
 
 /// Images with which a new one starts, and the decay per image.

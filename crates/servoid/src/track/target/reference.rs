@@ -1,7 +1,7 @@
 use crate::track::pose::verify::Quality;
 
 /// The mean quality of the images in which the object is tracked, with which new ones are compared.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Reference {
     /// Mean log-likelihood ratio inside the outline.
     pub(crate) ratio: f64,

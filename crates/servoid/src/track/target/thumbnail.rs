@@ -9,17 +9,17 @@ use crate::pose::Pose;
 use crate::track::frame::window::{Window, bounds};
 
 /// The brightness of the object in the cells of a grid.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Thumbnail {
     /// Columns and rows of cells, and the side of a cell in pixels.
-    size: [usize; 2],
-    cell_px: f64,
+    pub(crate) size: [usize; 2],
+    pub(crate) cell_px: f64,
     /// The image of the object's origin, in cells from the corner, and its depth in metres.
-    origin: Vector2<f64>,
-    depth: f64,
+    pub(crate) origin: Vector2<f64>,
+    pub(crate) depth: f64,
     /// Column, row and brightness of the cells inside the outline; the mean of the brightness is 0,
     /// and the sum of its squares 1.
-    cells: Vec<(usize, usize, f32)>,
+    pub(crate) cells: Vec<(usize, usize, f32)>,
 }
 
 /// Where an image looks like a thumbnail.
@@ -36,6 +36,8 @@ pub(crate) struct Detection {
 
 /// Cells along the longer side of the object.
 const CELLS: f64 = 12.0;
+/// Most cells along a side of a thumbnail, rounded up.
+pub(crate) const MOST_SIDE: usize = CELLS as usize + 1;
 /// Smallest number of cells that show something of the object, and largest along an image that is
 /// searched: an object that is smaller in it is not sought.
 const LEAST_CELLS: usize = 24;

@@ -201,7 +201,28 @@ impl Tracker {
             self.expect_light(light);
             self.settle(observation, hypothesis);
         }
+        if is_recalled && hypothesis.quality.share >= self.settings.trusted {
+            self.match_light(observation, hypothesis);
+        }
         Ok(evaluations)
+    }
+
+    /// Expects the recalled colours in the light in which a pose that is followed has the most
+    /// support: its points may have shown it before the right light was tried.
+    fn match_light(&mut self, observation: &Observation<'_>, hypothesis: &mut Hypothesis) {
+        let (mut best, mut light) = (*hypothesis, self.relocalizer.light);
+        let is_first = |at: &usize| !LIGHTS[..*at].contains(&LIGHTS[*at]);
+        for other in (0..LIGHTS.len()).filter(is_first) {
+            self.expect_light(other);
+            let mut lit = *hypothesis;
+            self.settle(observation, &mut lit);
+            if lit.quality.support > best.quality.support {
+                (best, light) = (lit, other);
+            }
+        }
+        self.expect_light(light);
+        *hypothesis = best;
+        self.settle(observation, hypothesis);
     }
 
     /// Refines candidates and keeps the best, if it is better than the hypothesis, and returns

@@ -13,7 +13,7 @@ from servoid import _native
 from servoid.shape import load_body
 from servoid.track import cameras_of
 
-MOST = 20  # images until it is found, at the latest
+MOST = 3  # images until it is found, at the latest
 RIGHT_M = 0.01
 
 

@@ -121,7 +121,7 @@ def test_a_body_of_the_first_version_is_recalled_and_found(alone: Alone) -> None
     new = parsed(tracker.appearance())
     assert new.of_the_first_version == old
     assert set(new.templates) == {1} and set(new.hit_rates) == {1.0} and not new.views
-    estimate = None
+    estimate, count = None, 0
     for count, moment in enumerate(recording.moments()[:MOST]):
         call: Callable[..., _native.Estimate] = tracker.step if count else tracker.find
         estimate = call(moment.time_s, moment.world_from_camera, moment.images)

@@ -11,6 +11,7 @@ use super::motion::outdated::Newest;
 use super::pose::hypothesis::Hypothesis;
 use super::pose::refine::Workspace;
 use super::pose::search::{Deviation, Search};
+use super::pose::verify::Quality;
 use super::relocalize::{LookAlikes, Relocalizer};
 use super::settings::TrackSettings;
 use super::target::Target;
@@ -254,11 +255,11 @@ impl Tracker {
                 self.motion = Motion::at_rest(time_s, hypothesis.pose);
             }
             self.innovation = first_innovation(&self.target.solid);
-            self.trust.accept(&hypothesis.quality, &self.target.reference, false, usual);
+            self.accept_as(&hypothesis.quality, false, usual);
             return;
         }
         let goes_on = self.is_landed(expected, hypothesis);
-        self.trust.accept(&hypothesis.quality, &self.target.reference, goes_on, usual);
+        self.accept_as(&hypothesis.quality, goes_on, usual);
         self.target.bias.update(
             &hypothesis.toward,
             hypothesis.normal.outline,
@@ -271,6 +272,14 @@ impl Tracker {
         let (across, turned) = (off.fixed_rows::<3>(0).norm(), off.fixed_rows::<3>(3).norm());
         self.innovation.0 += INNOVATION_RATE * gains.0 * (across - self.innovation.0);
         self.innovation.1 += INNOVATION_RATE * gains.1 * (turned - self.innovation.1);
+    }
+
+    /// Accepts a pose, and uses all that was recalled of the points once the object is proved.
+    fn accept_as(&mut self, quality: &Quality, goes_on: bool, usual: f64) {
+        self.trust.accept(quality, &self.target.reference, goes_on, usual);
+        if self.trust.is_confirmed() {
+            self.target.points.features.iter_mut().for_each(Feature::release);
+        }
     }
 
     /// Returns the margin of a window around the object, as a share of its size, that covers the

@@ -75,7 +75,9 @@ impl Tracker {
             });
         }
         self.target.reference = Reference::of(appearance.reference, self.frame.cameras.len());
-        self.target.points = Points::of(appearance.points.clone());
+        let mut points = appearance.points.clone();
+        points.iter_mut().for_each(Feature::withhold);
+        self.target.points = Points::of(points);
         // Keyframes and running jobs refer to other points.
         self.target.keyframes = Keyframes::after(&self.target.keyframes);
         self.target.recalled.clone_from(&appearance.views);

@@ -12,6 +12,9 @@ pub(crate) struct Feature {
     pub(crate) point: SurfacePoint,
     /// Its templates from other sides.
     pub(crate) further: Vec<SurfacePoint>,
+    /// Those that were recalled, until the object is proved: where more looks count, a wrong side of
+    /// an object whose pattern repeats is proved more easily.
+    withheld: Vec<SurfacePoint>,
     pub(crate) origin: Origin,
     /// Variance of its position along `toward`, in square metres.
     pub(crate) variance: f64,
@@ -39,11 +42,12 @@ impl Feature {
     pub(crate) fn new(point: SurfacePoint, variance: f64) -> Self {
         let (position, toward) = (point.position, point.toward);
         let origin = Origin { keyframe: None, position, toward, variance };
-        let (further, record) = (Vec::new(), Record::new());
+        let (further, withheld, record) = (Vec::new(), Vec::new(), Record::new());
         Self {
             id: 0,
             point,
             further,
+            withheld,
             origin,
             variance,
             drift_variance: 0.0,
@@ -59,7 +63,19 @@ impl Feature {
 
     /// Returns it without what ties it to the images in which it was detected.
     pub(crate) fn detached(&self) -> Self {
-        Self { id: 0, origin: Self::new(self.point, self.variance).origin, ..self.clone() }
+        let origin = Self::new(self.point, self.variance).origin;
+        let further = [&self.further[..], &self.withheld].concat();
+        Self { id: 0, origin, further, withheld: Vec::new(), ..self.clone() }
+    }
+
+    /// Withholds its templates from other sides.
+    pub(crate) fn withhold(&mut self) {
+        self.withheld.append(&mut self.further);
+    }
+
+    /// Uses the templates that were withheld.
+    pub(crate) fn release(&mut self) {
+        self.further.append(&mut self.withheld);
     }
 
     /// Stores the keyframe, at its pose, in which the point was detected, and the variance of the
@@ -103,13 +119,15 @@ impl Feature {
     /// Moves it in the object's frame.
     pub(crate) fn move_by(&mut self, motion: &Pose) {
         self.point.move_by(motion);
-        self.further.iter_mut().for_each(|other| other.move_by(motion));
+        let others = self.further.iter_mut().chain(&mut self.withheld);
+        others.for_each(|other| other.move_by(motion));
     }
 
     /// Moves it to a position.
     pub(crate) fn place_at(&mut self, position: Vector3<f64>) {
         self.point.position = position;
-        self.further.iter_mut().for_each(|other| other.position = position);
+        let others = self.further.iter_mut().chain(&mut self.withheld);
+        others.for_each(|other| other.position = position);
     }
 
     /// Returns whether its distance is solved with each pose, because motion is to determine it and
@@ -206,6 +224,19 @@ pub(crate) mod tests {
             color: [0; 3],
         };
         Feature::new(point, 1e-6)
+    }
+
+    #[test]
+    fn templates_that_are_withheld_are_known_but_not_used_until_they_are_released() {
+        let mut known = feature();
+        known.add_template(SurfacePoint { toward: Vector3::x(), ..known.point });
+        let all = known.clone();
+        assert_eq!(known.nearest_template(&Vector3::x()).0, 1);
+        known.withhold();
+        assert_eq!(known.nearest_template(&Vector3::x()).0, 0);
+        assert_eq!(known.detached().further, all.further);
+        known.release();
+        assert_eq!(known, all);
     }
 
     #[test]

@@ -19,7 +19,7 @@ _LEAST_PX = 60  # that both measure
 _APART = 1.15  # ratio of the distances from which on they contradict each other
 _AROUND_PX = 6  # beyond a mask, where its background is
 _AS_FAR = 0.5  # of the gap between two surfaces, by which the background may be behind the far one
-# Masks of right captures, 12 recorded and 44 drawn, hold no two surfaces; those with the table or a
+# Masks of right captures, 8 recorded and 11 drawn, hold no two surfaces; those with the table or a
 # wall in them have gaps of 1.5 widths and more, and a fifth of their border on the far one.
 _SURE_GAP, _SURE_BORDER = 1.0, 0.15
 _BORDER_PX = 4  # of a mask, inside of its border

@@ -28,7 +28,7 @@ _THICK, _GAP = 0.5, 0.15  # of the object's width: its depth at most, and a step
 _LEAST_KNOWN = 0.3  # share of the points with a depth, below which nothing is told
 _FILLED = 0.93  # share of a mask's points on one surface, from which on it is in its place
 # By how much more of it are on one surface elsewhere, and of its border at a step. Right depth with
-# noise and holes, 44 drawn and 12 recorded: 0.10 and 0.14; wrong by 20 px and more: 0.22 and 0.38.
+# noise and holes, 44 drawn images: 0.11 and 0.14; wrong by 20 px and more: 0.22 and 0.37 or more.
 _FULLER, _EDGED = 0.13, 0.22
 _SHIFTED, _SIZED = 0.08, 0.12  # of the object's width, and of its size: what is reported
 _SURE = 0.15  # of the object's width, or a size: from which on the body is surely wrong

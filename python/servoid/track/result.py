@@ -16,7 +16,7 @@ from servoid.words import by_kind, counted
 _VERDICTS = (("good", 0.95), ("rough", 0.7), ("poor", 0.0))
 _LEAST_JUDGED = 5  # observations after the first, where the object was shown
 # Of the observations in which an object is tracked: depth images that do not show it. Of ten drawn
-# and twenty recorded courses with right depth, none does; of late or drifting depth, 40 to 75 %.
+# courses with right depth, none does; of late or drifting depth, 40 to 75 %.
 _REJECTED, _LEAST_REJECTED = 0.2, 3
 _REJECTS = "the depth image does not show the object where it is"
 _STATE_WORDS = {"located": "searching, located"}

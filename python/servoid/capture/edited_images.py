@@ -225,7 +225,7 @@ def _words(capture: Capture, edited: Sequence[tuple[_Both, Change]]) -> str:
         edited, key=lambda one: float(np.median(exact.lengths(one[0].second_px - one[0].first_px)))
     )
     shift_px = float(np.median(exact.lengths(both.second_px - both.first_px)))
-    times = float(np.hypot(change[0, 0], change[1, 0]))
+    times = exact.hypot(float(change[0, 0]), float(change[1, 0]))
     fits = int((both.off(change) < _ONE).sum())
     return (
         f"the images of {camera_called(capture.cameras[0].name)} were shifted or enlarged after "

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
+from servoid.pose import exact
 
 NOT_REGISTERED = "the depth image is not registered to the colour image"
 
@@ -49,8 +50,8 @@ class Misregistered:
     @property
     def is_sure(self) -> bool:
         """Return whether a body of both is surely wrong."""
-        off = float(np.linalg.norm(self.shift_px)) / self.width_px
-        return off > _SURE or abs(np.log(self.scale)) > _SURE
+        off = exact.hypot(*self.shift_px) / self.width_px
+        return off > _SURE or _another_size(self.scale) > _SURE
 
     @property
     def words(self) -> str:
@@ -121,7 +122,7 @@ class _Mask:
         if 2 * len(border) < _BORDER_POINTS:
             return None
         ways = -np.stack([np.asarray(one)[border[:, 1], border[:, 0]] for one in slopes], axis=1)
-        ways = away * ways / np.maximum(np.linalg.norm(ways, axis=1), 1e-9)[:, None]
+        ways = away * ways / np.maximum(exact.lengths(ways), 1e-9)[:, None]
         kernel = np.ones((2 * _INSIDE_PX + 1,) * 2, np.uint8)
         rows, columns = np.nonzero(np.asarray(cv2.erode(pixels, kernel)))
         some = np.random.default_rng(0).permutation(len(rows))[:_POINTS]
@@ -150,12 +151,17 @@ def _compare(view: CaptureView) -> Misregistered | None:
     best = _best(mask, metres, focal_px, here)
     if best.filled < here.filled + _FULLER or best.edged < here.edged + _EDGED:
         return None
-    off = float(np.linalg.norm(best.shift))
-    if off < _SHIFTED * mask.width_px and abs(np.log(best.scale)) < _SIZED:
+    off = exact.hypot(*best.shift)
+    if off < _SHIFTED * mask.width_px and _another_size(best.scale) < _SIZED:
         return None
     by = view.recorded.by
     shift = (best.shift[0] * by, best.shift[1] * by)
     return Misregistered(view.name, shift, best.scale, mask.width_px * by)
+
+
+def _another_size(scale: float) -> float:
+    """Return how far from 1 a scale is, the same for twice and half the size."""
+    return max(scale, 1.0 / scale) - 1.0
 
 
 def _best(mask: _Mask, metres: Floats, focal_px: float, here: _Fit) -> _Fit:

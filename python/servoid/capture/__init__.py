@@ -13,7 +13,7 @@ from servoid.capture.capture_file import (
     mounted_lenses,
     read_versioned,
 )
-from servoid.capture.edited_images import examine_edited
+from servoid.capture.edited_images import doubt_edited
 from servoid.capture.examined import examined
 from servoid.capture.exchanged import check_measurable, check_not_exchanged
 from servoid.capture.matched_features import Features, alike, closest, features_on, of_one_motion
@@ -36,10 +36,10 @@ __all__ = [
     "capture_of",
     "count_uncalibrated",
     "doubt_calibration",
+    "doubt_edited",
     "doubt_for_model",
     "doubt_rig_poses",
     "doubt_step",
-    "examine_edited",
     "examine_rig_poses",
     "open_capture",
     "shrunk",

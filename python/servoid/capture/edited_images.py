@@ -24,7 +24,7 @@ from servoid.capture.matched_features import (
     unit_px,
     unit_rays,
 )
-from servoid.capture.moving_rig import Balls, RigDoubt, beside_balls
+from servoid.capture.moving_rig import Balls, beside_balls
 from servoid.capture.neighbours import Album, PosedView, is_video, second_from_first
 from servoid.pose import Floats, exact
 from servoid.words import camera_called, digits
@@ -86,9 +86,9 @@ def _changed(change: Change, pixels: Floats) -> Floats:
     return exact.product(pixels, np.ascontiguousarray(change[:, :2].T)) + change[:, 2]
 
 
-def examine_edited(
+def doubt_edited(
     capture: Capture, may_move: Balls | None = None, *, among: Sequence[int] | None = None
-) -> RigDoubt | None:
+) -> str | None:
     """Return a message if the images of a rig at rest were changed digitally, else None.
 
     Two cameras must see its surroundings, of which some is nearer than the rest. What is inside of
@@ -111,7 +111,7 @@ def examine_edited(
         change = None if both is None else both.change()
         if both is not None and change is not None and _is_digital(fine, start, both, change):
             edited.append((both, change))
-    return RigDoubt(_words(capture, edited), is_sure=True) if len(edited) >= _LEAST_EDITED else None
+    return _words(capture, edited) if len(edited) >= _LEAST_EDITED else None
 
 
 def _instants(capture: Capture, among: Sequence[int] | None) -> list[int]:
@@ -170,7 +170,7 @@ def _off_as_moved(pair: MatchedFeatures, seen: _Both) -> Floats | None:
     import cv2
 
     lens = pair.lenses[0]
-    points, rays = closest_points(pair), unit_rays(lens, seen.second_px)
+    points, rays = closest_points(pair)[0], unit_rays(lens, seen.second_px)
     usable = np.isfinite(points).all(axis=1) & (points[:, 2] > 0.0) & (rays[:, 2] > 0.0)
     if usable.sum() < _LEAST:
         return None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.capture.matched_features import MatchedFeatures, unit_px, unit_rays
+from servoid.capture.matched_features import MatchedFeatures, closest_points, unit_px, unit_rays
 from servoid.pose import Floats, exact
 from servoid.words import digits, joined
 
@@ -78,16 +78,6 @@ def _located(pair: MatchedFeatures) -> tuple[Floats, NDArray[np.bool_]]:
 
     What is behind the first camera is as well: its place is wrong, and not unknown.
     """
-    one, other = (
-        unit_rays(lens, pixels)
-        for lens, pixels in zip(pair.lenses, (pair.first_px, pair.second_px), strict=True)
-    )
-    first_from_second = pair.second_from_first.inverse().matrix()
-    other = exact.product(other, np.ascontiguousarray(first_from_second[:3, :3].T))
-    across = np.cross(one, other)
-    size = np.square(across).sum(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = (np.cross(first_from_second[:3, 3], other) * across).sum(axis=1) / size
-        points = one * along[:, None]
+    points, sines = closest_points(pair)
     unit = unit_px(pair.lenses[0]) / pair.lenses[0].focal_px[0]
-    return points, np.sqrt(size) > _PARALLAX_PX * unit
+    return points, sines > _PARALLAX_PX * unit

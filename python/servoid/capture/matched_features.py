@@ -200,8 +200,11 @@ def of_one_motion(
     return both_px[0][same], both_px[1][same]
 
 
-def closest_points(pair: MatchedFeatures) -> Floats:
-    """Return where the rays of two cameras come closest, (N, 3) in the first one's frame."""
+def closest_points(pair: MatchedFeatures) -> tuple[Floats, Floats]:
+    """Return where the rays of two cameras come closest, (N, 3) in the first one's frame.
+
+    They are not finite for parallel rays, whose sines, the second result, (N,), are 0.
+    """
     one, other = unit_rays(pair.lenses[0], pair.first_px), unit_rays(pair.lenses[1], pair.second_px)
     matrix = pair.second_from_first.inverse().matrix()
     other = exact.product(other, np.ascontiguousarray(matrix[:3, :3].T))
@@ -209,7 +212,7 @@ def closest_points(pair: MatchedFeatures) -> Floats:
     size = np.square(across).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         along = (np.cross(matrix[:3, 3], other) * across).sum(axis=1) / size
-        return one * along[:, None]
+        return one * along[:, None], np.sqrt(size)
 
 
 def closest(one: Floats, other: Floats, offset: Floats) -> tuple[Floats, Floats, Floats]:

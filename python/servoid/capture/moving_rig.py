@@ -303,7 +303,7 @@ def _seen(
         return None
     places = {tuple(pixel): row for row, pixel in enumerate(pair.first_px.tolist())}
     rows = [places.get(tuple(pixel), -1) for pixel in again.first_px.tolist()]
-    seen = _Seen(indices, closest_points(pair)[rows], rays, located=True)
+    seen = _Seen(indices, closest_points(pair)[0][rows], rays, located=True)
     is_ahead = np.isfinite(seen.points).all(axis=1) & (seen.points[:, 2] > 0.0)
     return seen.part((np.array(rows) >= 0) & is_ahead & is_seen)
 

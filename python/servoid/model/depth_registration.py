@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid.capture import CaptureView
-from servoid.pose import exact
+from servoid.pose import Floats, exact
 
 NOT_REGISTERED = "the depth image is not registered to the colour image"
 
@@ -34,8 +34,6 @@ _FULLER, _EDGED = 0.13, 0.22
 _SHIFTED, _SIZED = 0.08, 0.12  # of the object's width, and of its size: what is reported
 _SURE = 0.15  # of the object's width, or a size: from which on the body is surely wrong
 _BLIND = 0.5  # of a step, where nothing is measured beside a surface
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

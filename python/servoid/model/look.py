@@ -270,7 +270,7 @@ def _distance(
         raise ModelError(
             "modelling needs at least two views from different places, but 1 was "
             f"{'used.' if why_alone else 'given:'}{why_alone} a single image does not determine "
-            f"how far the object is; give its distance in metres, such as --distance 0.6 "
+            "how far the object is; give its distance in metres, such as --distance 0.6 "
             f"(distance_m=0.6 in Python){of_depth}"
         )
     if not alone:

@@ -29,15 +29,14 @@ def missing_depth(capture: Capture, view: CaptureView) -> str | None:
             ": is the object in the range of the sensor, is the image registered to the colour "
             "image, and are its values positive?"
         )
-    cameras = (camera for camera in capture.cameras if camera.name == view.camera_name)
-    for camera in cameras:
-        depths = camera.depths_m or camera.depth_paths
-        there = [index for index, one in enumerate(depths) if one is not None]
-        later = next((index for index in there if index > view.index), None)
-        if later is not None:
-            return (
-                f"{view.name} has no depth image, but observation {later} has: begin there "
-                f"(--observations {later}:, or observations=slice({later}, None) in Python), and "
-                "mark the object there"
-            )
-    return None
+    camera = next(one for one in capture.cameras if one.name == view.camera_name)
+    depths = camera.depths_m or camera.depth_paths
+    there = (index for index, one in enumerate(depths) if one is not None and index > view.index)
+    later = next(there, None)
+    if later is None:
+        return None
+    return (
+        f"{view.name} has no depth image, but observation {later} has: begin there "
+        f"(--observations {later}:, or observations=slice({later}, None) in Python), and "
+        "mark the object there"
+    )

@@ -12,8 +12,8 @@ from servoid.capture import (
     Capture,
     Observation,
     doubt_calibration,
+    doubt_edited,
     doubt_step,
-    examine_edited,
     examine_rig_poses,
 )
 from servoid.errors import TrackError
@@ -172,9 +172,9 @@ def doubt_capture(
     def may_move(index: int) -> list[tuple[NDArray[np.float64], float]]:
         return [ball for one in results if (ball := one.ball_at(index)) is not None]
 
-    edited = examine_edited(capture, may_move, among=among)
+    edited = doubt_edited(capture, may_move, among=among)
     if edited is not None:
-        return [replace(one.unconfirmed(), edit_doubt=edited.words) for one in results]
+        return [replace(one.unconfirmed(), edit_doubt=edited) for one in results]
     last = results[0].tracked[-1].index
     doubt = doubt_calibration(capture, is_assumed=is_assumed, last=last)
     if doubt is not None:

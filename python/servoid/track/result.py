@@ -91,7 +91,7 @@ class TrackResult:
     `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`, and
     `step_doubt` by how much one camera is behind another, or that depth images do not change, by
     `capture.doubt_step`. `edit_doubt` says that images were shifted or enlarged after they were
-    taken, by `capture.examine_edited`. `gone` says from when on a camera gave nothing, and
+    taken, by `capture.doubt_edited`. `gone` says from when on a camera gave nothing, and
     `wrong_by` what makes all poses surely wrong from the first on.
     `is_metric` is False if the body's lengths are in an unknown unit.
     """
@@ -158,11 +158,7 @@ class TrackResult:
     @property
     def capture_doubts(self) -> tuple[str, ...]:
         """Return what the images have against the cameras, their poses and their times."""
-        found = (
-            *(self.calibration_doubt, self.rig_doubt, self.step_doubt, self.edit_doubt),
-            self.depth_doubt,
-        )
-        return tuple(one for one in found if one is not None)
+        return tuple(doubt for doubt, _ in self._capture_doubts)
 
     @property
     def depth_doubt(self) -> str | None:
@@ -187,6 +183,11 @@ class TrackResult:
     @property
     def capture_notices(self) -> list[str]:
         """Return what the images contradict of the capture: the cameras, the rig or the times."""
+        return [words for _, words in self._capture_doubts]
+
+    @property
+    def _capture_doubts(self) -> list[tuple[str, str]]:
+        """Return each doubt with the notice that goes with all poses."""
         kinds = (
             (self.calibration_doubt, "the calibration is in doubt"),
             (self.rig_doubt, "the poses of the rig are in doubt"),
@@ -194,7 +195,7 @@ class TrackResult:
             (self.edit_doubt, "the images were changed after they were taken"),
             (self.depth_doubt, "the depth images are in doubt"),
         )
-        return [words for doubt, words in kinds if doubt is not None]
+        return [(doubt, words) for doubt, words in kinds if doubt is not None]
 
     @property
     def reasons(self) -> list[str]:

@@ -11,7 +11,7 @@ from fake_tracker import plain_body
 from numpy.typing import NDArray
 from recordings import Recording
 
-from servoid.capture import ArrayPicture, Capture, examine_edited, open_capture
+from servoid.capture import ArrayPicture, Capture, doubt_edited, open_capture
 from servoid.pose import Pose
 from servoid.track import Subject, track_capture
 
@@ -87,16 +87,16 @@ def still(recording: Callable[[str], Recording]) -> Capture:
 
 @pytest.mark.parametrize("edit", [stabilised, zoomed])
 def test_images_that_are_moved_as_a_whole_are_told(edit: Edit, still: Capture) -> None:
-    doubt = examine_edited(edited(still, edit))
-    assert doubt is not None and doubt.is_sure
-    assert "were shifted or enlarged after they were taken" in doubt.words
-    assert "near ones as far ones, which no motion of the cameras does" in doubt.words
-    assert ("1.30 times as large" in doubt.words) == (edit is zoomed)
+    doubt = doubt_edited(edited(still, edit))
+    assert doubt is not None
+    assert "were shifted or enlarged after they were taken" in doubt
+    assert "near ones as far ones, which no motion of the cameras does" in doubt
+    assert ("1.30 times as large" in doubt) == (edit is zoomed)
 
 
 @pytest.mark.parametrize("edit", [lambda image, *_: image, turned, rolled])
 def test_cameras_that_rest_or_turn_are_not_taken_for_edited(edit: Edit, still: Capture) -> None:
-    assert examine_edited(edited(still, edit)) is None
+    assert doubt_edited(edited(still, edit)) is None
 
 
 def test_cameras_that_move_without_poses_are_not_taken_for_edited(
@@ -105,8 +105,8 @@ def test_cameras_that_move_without_poses_are_not_taken_for_edited(
     moving = recording("long hand").capture
     resting = replace(moving, world_from_rig=(Pose.identity(),) * len(moving))
     for first in range(0, len(moving) - 4, 3):
-        assert examine_edited(resting, among=range(first, first + 5)) is None
-    assert examine_edited(resting) is None
+        assert doubt_edited(resting, among=range(first, first + 5)) is None
+    assert doubt_edited(resting) is None
 
 
 def test_of_images_that_were_edited_no_pose_is_confirmed(still: Capture) -> None:
@@ -125,8 +125,8 @@ def test_recorded_cameras_are_told_only_if_their_images_are_edited(name: str) ->
     if not (DATA / name).is_dir():
         pytest.skip(f"{name} is not beside the repository")
     capture = open_capture(DATA / name)
-    assert examine_edited(capture) is None
+    assert doubt_edited(capture) is None
     for edit in (stabilised, zoomed):
-        assert examine_edited(edited(capture, edit, step=8)) is not None
+        assert doubt_edited(edited(capture, edit, step=8)) is not None
     for edit in (turned, rolled):
-        assert examine_edited(edited(capture, edit, step=8)) is None
+        assert doubt_edited(edited(capture, edit, step=8)) is None

@@ -110,7 +110,7 @@ impl Tracker {
         let place = from.translation();
         let known = self.known_turns(observation);
         let mut sides: Vec<UnitQuaternion<f64>> = Vec::new();
-        for view in 0..self.target.eyes().count() {
+        for view in 0..self.target.known_views() {
             let turn = known.turn_at(view, &place);
             let is_apart = from.rotation().angle_to(&turn) >= APART;
             if is_apart && sides.iter().all(|one| one.angle_to(&turn) >= EACH) {

@@ -41,6 +41,11 @@ impl Target {
         keyframes.chain(self.recalled.iter().map(|one| (one.object_from_camera, one.eye)))
     }
 
+    /// Returns the number of known views.
+    pub(in crate::track) fn known_views(&self) -> usize {
+        self.keyframes.all.len() + self.recalled.len()
+    }
+
     /// Returns the thumbnails of the views in the same order.
     pub(in crate::track) fn thumbnails(&self) -> impl Iterator<Item = Option<&Thumbnail>> {
         let keyframes = self.keyframes.all.iter().map(|one| one.thumbnail.as_ref());
@@ -79,8 +84,8 @@ mod tests {
         keep(&mut target.keyframes, 0.5);
         let apart = [0.5 + 0.9 * KEYFRAMES_APART, 0.5 + 1.1 * KEYFRAMES_APART, 2.0];
         target.recalled = apart.map(view).to_vec();
-        assert_eq!(target.eyes().count(), 5);
-        assert_eq!(target.thumbnails().count(), 5);
+        let views = [target.known_views(), target.eyes().count(), target.thumbnails().count()];
+        assert_eq!(views, [5; 3]);
         let remembered = target.remembered_views();
         assert_eq!(remembered.len(), 4);
         assert_eq!(remembered[2..], target.recalled[1..]);

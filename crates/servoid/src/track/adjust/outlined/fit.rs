@@ -1,7 +1,7 @@
 //! Fits the ellipsoids of a body and the poses of keyframes to boundaries together, by the
 //! Levenberg-Marquardt method.
 
-use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector6};
 
 use super::residuals::{Distances, Row, View};
 use super::shape::{Change, Part};
@@ -116,11 +116,7 @@ impl Scene {
 
     /// Returns the radius of the body as the images show it, in pixels, on average.
     pub(super) fn radius_px(&self, state: &State) -> Option<f64> {
-        let of = |view: &View| {
-            let projection = view.world.moved(&state.poses[view.keyframe]);
-            let (_, slope) = projection.pixel(&Vector3::zeros())?;
-            Some(self.radius * slope.row(0).norm())
-        };
+        let of = |view: &View| view.radius_px(&state.poses[view.keyframe], self.radius);
         let all: Option<Vec<_>> = self.views.iter().map(of).collect();
         let all = all?;
         Some(all.iter().sum::<f64>() / all.len().max(1) as f64)

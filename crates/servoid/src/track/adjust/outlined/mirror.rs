@@ -30,17 +30,16 @@ struct Axis {
     off_px: f64,
 }
 
-impl Axis {
-    fn normal(&self) -> Vector2<f64> {
-        let (sin, cos) = libm::sincos(self.angle);
-        Vector2::new(-sin, cos)
-    }
+/// Returns the direction across an axis of an angle.
+fn across(angle: f64) -> Vector2<f64> {
+    let (sin, cos) = libm::sincos(angle);
+    Vector2::new(-sin, cos)
 }
 
 impl Boundary {
     /// Returns the squared distance of mirrored points from the boundary, summed.
     fn unlike(&self, axis: &Axis) -> f64 {
-        let normal = axis.normal();
+        let normal = across(axis.angle);
         let away = |point: &Vector2<f64>| {
             let mirrored = point - normal * (2.0 * (normal.dot(point) - axis.off_px));
             let each = self.all.iter().map(|one| (one - mirrored).norm_squared());
@@ -51,10 +50,10 @@ impl Boundary {
 
     /// Returns where the middle of the boundary is across an axis of an angle.
     fn middle(&self, angle: f64) -> f64 {
-        let normal = Axis { angle, off_px: 0.0 }.normal();
-        let across = self.all.iter().map(|point| normal.dot(point));
+        let normal = across(angle);
+        let places = self.all.iter().map(|point| normal.dot(point));
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
-        let (least, most) = across.fold(ends, |(a, b), at| (a.min(at), b.max(at)));
+        let (least, most) = places.fold(ends, |(a, b), at| (a.min(at), b.max(at)));
         0.5 * (least + most)
     }
 }

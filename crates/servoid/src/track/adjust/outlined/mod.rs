@@ -8,7 +8,7 @@ mod mirror;
 mod residuals;
 mod shape;
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::Matrix6;
 
 use self::fit::{Scene, State};
 use self::hypotheses::{Adjusted, LEVER};
@@ -20,7 +20,6 @@ use crate::camera::Observation;
 use crate::pose::Pose;
 use crate::shape::Body;
 use crate::track::estimate::Notice;
-use crate::track::frame::window::Window;
 use crate::track::pose::hypothesis::Hypothesis;
 use crate::track::pose::verify::Quality;
 use crate::track::target::Target;
@@ -182,13 +181,12 @@ impl Tracker {
         let parts: Vec<_> = self.target.body.ellipsoids().iter().map(Part::of).collect();
         let at = (&hypothesis.pose, self.target.solid.radius);
         let looks = self.looks(observation, hypothesis);
-        let fits = self.frame.windows.iter().zip(&looks).filter_map(|(window, look)| {
-            let look = look.clone()?;
-            let view = View { keyframe: 0, world: window.projection(&Pose::identity())?, look };
-            Some(view.is_sure(&parts, at))
+        let views = self.frame.windows.iter().zip(looks).filter_map(|(window, look)| {
+            Some(View { keyframe: 0, world: window.projection(&Pose::identity())?, look: look? })
         });
-        let fits: Vec<_> = fits.collect();
-        if fits.len() < CAMERAS || fits.contains(&false) || self.may_be_round(hypothesis, &looks) {
+        let views: Vec<_> = views.collect();
+        let fits = views.len() >= CAMERAS && views.iter().all(|one| one.is_sure(&parts, at));
+        if !fits || self.may_be_round(hypothesis, &views) {
             return None;
         }
         let mut covariance = *covariance;
@@ -199,17 +197,16 @@ impl Tracker {
     }
 
     /// Returns whether what cameras see may be a body of revolution, whose spin no outline tells.
-    fn may_be_round(&self, hypothesis: &Hypothesis, looks: &[Option<Look>]) -> bool {
+    fn may_be_round(&self, hypothesis: &Hypothesis, views: &[View]) -> bool {
         let (lever, least) = ROUND;
         if self.lever(hypothesis) >= lever {
             return false;
         }
-        let differs = |(window, look): (&Window, &Option<Look>)| {
-            let (_, slope) = window.projection(&hypothesis.pose)?.pixel(&Vector3::zeros())?;
-            let radius_px = self.target.solid.radius * slope.row(0).norm();
-            Some(unlike_mirrored(look.as_ref()?, radius_px) >= least)
+        let differs = |view: &View| {
+            let radius_px = view.radius_px(&hypothesis.pose, self.target.solid.radius)?;
+            Some(unlike_mirrored(&view.look, radius_px) >= least)
         };
-        !self.frame.windows.iter().zip(looks).any(|one| differs(one) == Some(true))
+        !views.iter().any(|view| differs(view) == Some(true))
     }
 }
 

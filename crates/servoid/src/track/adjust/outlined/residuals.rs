@@ -67,6 +67,12 @@ impl Ring {
 }
 
 impl View {
+    /// Returns the length of a radius of the object at a pose, in pixels.
+    pub(super) fn radius_px(&self, pose: &Pose, radius: f64) -> Option<f64> {
+        let (_, slope) = self.world.moved(pose).pixel(&Vector3::zeros())?;
+        Some(radius * slope.row(0).norm())
+    }
+
     /// Returns the distances of a body at a pose, and their derivatives if they are `sloped`; none if
     /// part of it is not in front of the camera.
     pub(super) fn distances(&self, parts: &[Part], pose: &Pose, sloped: bool) -> Option<Distances> {

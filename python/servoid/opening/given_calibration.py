@@ -20,8 +20,7 @@ from servoid.words import counted, digits
 Size = tuple[int, int]
 _RATE = "--rate"
 _ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0  # where only the images matter
-_WIDEST_DEG = 160.0  # more is a fisheye, whose images no angle describes
-_NARROWEST_DEG = 3.0  # less is an angle in radians
+_ANY_SIZE_PX = (640, 480)
 
 
 class _CameraEntry(LensEntry, frozen=True, kw_only=True):
@@ -73,7 +72,8 @@ class GivenCalibration:
     images matter, and cameras without a calibration may have any lens and pose.
 
     Raises:
-        CaptureError: a value is out of range, or two contradict each other.
+        CameraError: the angle of view is that of no pinhole camera.
+        CaptureError: another value is out of range, or two contradict each other.
 
     """
 
@@ -84,24 +84,9 @@ class GivenCalibration:
     is_any: bool = False
 
     def __post_init__(self) -> None:
-        if self.fov_deg is not None and not 0.0 < self.fov_deg < 180.0:
-            raise CaptureError(
-                f"--fov is {digits(self.fov_deg)}; give degrees above 0 and below 180, such as 65"
-            )
-        if self.fov_deg is not None and self.fov_deg < _NARROWEST_DEG:
-            meant = math.degrees(self.fov_deg)
-            hint = f"if it is in radians, write {digits(meant)}; else "
-            raise CaptureError(
-                f"--fov is {digits(self.fov_deg)}, and less than {digits(_NARROWEST_DEG)} degrees "
-                f"is hardly any lens; {hint if meant >= _NARROWEST_DEG else ''}give the lens with "
-                "--calibration"
-            )
-        if self.fov_deg is not None and self.fov_deg > _WIDEST_DEG:
-            raise CaptureError(
-                f"--fov is {digits(self.fov_deg)}, and more than {digits(_WIDEST_DEG)} degrees "
-                "from left to right is a fisheye, whose lens an angle does not describe; calibrate "
-                "it, and give it with --calibration"
-            )
+        if self.fov_deg is not None:
+            with located("--fov"):
+                Camera.from_fov(_ANY_SIZE_PX, self.fov_deg)
         for option, value in (("--baseline", self.baseline_m), ("--rate", self.rate_hz)):
             if value is not None and not 0.0 < value < math.inf:
                 raise CaptureError(f"{option} is {digits(value)}; give a positive number")

@@ -47,6 +47,14 @@ def test_an_angle_of_view_reaches_from_border_to_border() -> None:
     assert np.allclose(camera.project([[-1.0, 0.0, 1.0]]), [[-0.5, 239.5]])
     with pytest.raises(CameraError, match="less than 180 degrees, but it is 180"):
         Camera.from_fov((640, 480), 180.0)
+    with pytest.raises(
+        CameraError, match=r"hardly any lens \(in radians it would be 65\.0 degrees"
+    ):
+        Camera.from_fov((640, 480), np.radians(65.0))
+    with pytest.raises(
+        CameraError, match=r"hardly any lens; if it is right, give the focal length"
+    ):
+        Camera.from_fov((640, 480), 0.01)
 
 
 @pytest.mark.parametrize(

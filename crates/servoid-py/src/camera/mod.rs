@@ -88,9 +88,9 @@ impl Camera {
     }
 
     /// Makes a camera of (width, height) in pixels and the angle of view from the left to the right
-    /// border of the image in degrees, more than 0 and less than 180. Its pixels are square and its
-    /// principal point is the centre of the image. An angle of view from a data sheet is accurate
-    /// to a few per cent, and so are all lengths that follow from it. Raises CameraError.
+    /// border of the image in degrees, 3 to 160. Its pixels are square and its principal point is
+    /// the centre of the image. An angle of view from a data sheet is accurate to a few per cent,
+    /// and so are all lengths that follow from it. Raises CameraError.
     #[staticmethod]
     fn from_fov(size_px: &Bound<'_, PyAny>, fov_deg: &Bound<'_, PyAny>) -> PyResult<Self> {
         let what = "a number of degrees";

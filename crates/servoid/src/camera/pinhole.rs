@@ -13,6 +13,22 @@ pub enum CameraError {
          angle from the left to the right border of the image"
     )]
     Fov(f64),
+    /// An angle of view is one of hardly any lens, as if it were in radians.
+    #[error(
+        "an angle of view of {fov_deg} degrees is that of hardly any lens{}; if it is right, give \
+         the focal length in pixels",
+        in_radians(*fov_deg)
+    )]
+    Narrow {
+        /// Angle given.
+        fov_deg: f64,
+    },
+    /// An angle of view is that of a fisheye.
+    #[error(
+        "an angle of view of {0} degrees from left to right is that of a fisheye, whose lens an \
+         angle does not describe; calibrate it, and give its lens"
+    )]
+    Wide(f64),
     /// A focal length is not a positive number.
     #[error("a focal length must be a positive number of pixels, but focal_px is {0:?}")]
     Focal([f64; 2]),
@@ -53,6 +69,12 @@ pub enum CameraError {
     },
 }
 
+fn in_radians(fov_deg: f64) -> String {
+    let meant = fov_deg.to_degrees();
+    let is_likely = (Camera::NARROWEST_DEG..=Camera::WIDEST_DEG).contains(&meant);
+    if is_likely { format!(" (in radians it would be {meant:.1} degrees)") } else { String::new() }
+}
+
 fn coefficients_of(model: &str) -> &'static str {
     match model {
         "pinhole" => "a 'pinhole' has no distortion,",
@@ -74,6 +96,10 @@ pub struct Camera {
 impl Camera {
     /// Most pixels along a side: prefix sums along a row stay exact in single precision.
     pub const MAX_SIDE_PX: usize = 8192;
+    /// Less degrees from the left to the right border are probably an angle in radians.
+    const NARROWEST_DEG: f64 = 3.0;
+    /// More degrees from the left to the right border are those of a fisheye.
+    const WIDEST_DEG: f64 = 160.0;
 
     /// Makes a camera of (width, height), (fx, fy) and (cx, cy), all in pixels.
     ///
@@ -103,10 +129,17 @@ impl Camera {
     /// of the image.
     ///
     /// # Errors
-    /// If the angle is not between 0 and 180 degrees, or as for [`Camera::new`].
+    /// If the angle is not between 0 and 180 degrees, is below 3 as an angle in radians is, is above
+    /// 160, where images of a pinhole end, or as for [`Camera::new`].
     pub fn from_fov(size_px: [usize; 2], fov_deg: f64) -> Result<Self, CameraError> {
         if !(fov_deg > 0.0 && fov_deg < 180.0) {
             return Err(CameraError::Fov(fov_deg));
+        }
+        if fov_deg < Self::NARROWEST_DEG {
+            return Err(CameraError::Narrow { fov_deg });
+        }
+        if fov_deg > Self::WIDEST_DEG {
+            return Err(CameraError::Wide(fov_deg));
         }
         #[allow(clippy::cast_precision_loss, reason = "what is too large is refused")]
         let [width, height] = size_px.map(|side| side as f64);

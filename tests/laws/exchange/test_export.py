@@ -18,7 +18,8 @@ from tiers import tiered
 
 from servoid.exchange.export import FORMATS, export_body
 from servoid.exchange.export.splat import SIGMA, SPLATS
-from servoid.shape import BodyFile
+from servoid.exchange.export.surface import DEFAULT_DETAIL, ball
+from servoid.shape import BodyFile, EllipsoidEntry
 
 DENSITY = 730.0
 FRAMES = pytest.mark.parametrize("frame", tiered(["world", "object"]))
@@ -159,6 +160,22 @@ def test_ellipsoids_that_are_apart_or_the_same_still_make_a_closed_mesh(tmp_path
             ellipsoids=entries,
         )
         mesh = trimesh.load_mesh(write(file, tmp_path / "b.ply", "ply"), process=False)
+        check_mesh(mesh, truth(file))
+
+
+def test_no_edge_is_so_short_that_a_reader_takes_its_ends_for_one_vertex(tmp_path: Path) -> None:
+    # Two polyhedra that meet 4e-9 m from a vertex of both.
+    radius = 0.05
+    apart = (2.0 - 4e-7) * radius * ball(DEFAULT_DETAIL)[0][500]
+    first, second = (
+        EllipsoidEntry(center=center, radii=(radius,) * 3, rotation=(1, 0, 0, 0))
+        for center in ((0.0, 0.0, 0.0), (float(apart[0]), float(apart[1]), float(apart[2])))
+    )
+    still = (0, 0, 0, 1, 0, 0, 0)
+    file = BodyFile(version=1, units="m", world_from_object=still, ellipsoids=(first, second))
+    for format_ in ("ply", "obj"):
+        path = write(file, tmp_path / f"b.{format_}", format_)
+        mesh = trimesh.load_mesh(path)  # merges what is nearer than 1e-8 m
         check_mesh(mesh, truth(file))
 
 

@@ -88,7 +88,7 @@ def fit_capture(
     if not capture.metric:
         notes.append(NO_METRES)
     known = list(marked.views)
-    # Those of targets were compared when the object was found.
+    # Those of targets were compared with depth images when the object was found.
     parted: list[Parted] = []
     if not marked.from_targets and not request.trust_targets:
         parted = parted_notes(known)
@@ -99,7 +99,7 @@ def fit_capture(
         check_depth_agrees(with_twins(known, [*known, *marked.others]))
     elif _from_one_side([*known, *marked.others]):
         samples, found = _measured(marked, notes)
-        if not marked.from_targets and not request.trust_targets:
+        if not request.trust_targets:
             parted = found
     doubts.extend(one.words for one in parted)
     alone = len(known) + len(marked.others) == 1 and not len(samples)

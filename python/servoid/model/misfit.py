@@ -30,6 +30,8 @@ _LEAST_OVERLAP = 0.8  # of each view, from which on silhouettes do not explain a
 _LEAST_FITNESS = 0.75  # eight recorded pairs reach 0.87; with another mask or depth, 0.62
 _LEAST_COARSE = 0.6  # of a right body that lacks ellipsoids; one ellipsoid for a box reaches 0.71
 _CURE = "check poses, calibration and masks, and do not use the body until then"
+# Share of an image beyond which a mask that touches three borders holds background.
+_ALL_BORDERS, _WIDE = 4, 0.25
 
 
 def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> list[str]:
@@ -96,16 +98,30 @@ def shape_misfit_note(fitness: float, *, is_cloud: bool, is_coarse: bool) -> str
 
 
 def swapped_note(masks: Sequence[NDArray[np.uint8]]) -> str | None:
-    """Report that masks look inverted (black and white swapped), if most touch all borders.
+    """Report masks that look inverted, or hold background, if most touch all borders, or three.
 
-    Each is (H, W) uint8.
+    Each is (H, W) uint8. Those that touch three cover a good part of their image, too.
     """
-    count = sum(_touches_all_borders(mask) for mask in masks)
+    touched = [_touched_borders(mask) for mask in masks]
+    count = sum(borders == _ALL_BORDERS for borders in touched)
+    if 2 * count > len(masks):
+        return (
+            f"{counted(count, 'mask')} of {len(masks)} {'touches' if count == 1 else 'touch'} all "
+            "four borders of the image: are black and white swapped? Non-zero pixels are the object"
+        )
+    wide = [
+        float(np.count_nonzero(mask)) / mask.size
+        for mask, borders in zip(masks, touched, strict=True)
+        if borders >= _ALL_BORDERS - 1
+    ]
+    count = sum(share > _WIDE for share in wide)
     if 2 * count <= len(masks):
         return None
     return (
-        f"{counted(count, 'mask')} of {len(masks)} {'touches' if count == 1 else 'touch'} all "
-        "four borders of the image: are black and white swapped? Non-zero pixels are the object"
+        f"{counted(count, 'mask')} of {len(masks)} {'touches' if count == 1 else 'touch'} three "
+        f"borders of the image or more, and {'covers' if count == 1 else 'cover'} up to "
+        f"{100.0 * max(wide):.0f} % of it: does it hold background? Mark the object alone, and see "
+        "that it is wholly in the image"
     )
 
 
@@ -154,5 +170,5 @@ def center_notes(views: Iterable[CaptureView]) -> list[str]:
     return [note for note in notes if note is not None]
 
 
-def _touches_all_borders(mask: NDArray[np.uint8]) -> bool:
-    return all(border.any() for border in (mask[0], mask[-1], mask[:, 0], mask[:, -1]))
+def _touched_borders(mask: NDArray[np.uint8]) -> int:
+    return sum(bool(border.any()) for border in (mask[0], mask[-1], mask[:, 0], mask[:, -1]))

@@ -12,6 +12,7 @@ from refusals import check_refused, edit
 from servoid.capture import PosedImage, capture_of, open_capture
 from servoid.errors import CaptureError
 from servoid.model import Request, fit_capture
+from servoid.segment import parse_target
 
 QUICK = Request(max_ellipsoids=1, delta=0.0)
 
@@ -131,18 +132,22 @@ def test_a_body_that_fits_its_mask_but_not_its_depth_is_doubted(
 
 
 # The right camera does not see what is close behind the left side of the object.
+@pytest.mark.parametrize("is_target", [False, True])
 @pytest.mark.parametrize(
     ("shift_px", "is_doubted"), [(0, False), (24, True), (48, True), (-60, True)]
 )
 def test_a_mask_beside_the_object_of_a_pair_is_doubted(
-    shift_px: int, is_doubted: bool, tmp_path: Path
+    shift_px: int, is_doubted: bool, is_target: bool, tmp_path: Path
 ) -> None:
     folder = Pair().write(tmp_path / "pair")
-    for path in (folder / "masks").rglob("*.png"):
+    paths = sorted((folder / "masks").rglob("*.png"))
+    for path in paths:
         mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
         assert mask is not None
         assert cv2.imwrite(str(path), np.roll(mask, shift_px, axis=1))
-    made = fit_capture(open_capture(folder), Request(max_ellipsoids=2, delta=0.0, seed=0))
+    targets = [parse_target(f"mask:{paths[0]}")] if is_target else []
+    request = Request(max_ellipsoids=2, delta=0.0, seed=0)
+    made = fit_capture(open_capture(folder), request, targets=targets)
     told = [doubt for doubt in made.all_doubts if "its mask covers two surfaces" in doubt]
     assert bool(told) == is_doubted
     if is_doubted:

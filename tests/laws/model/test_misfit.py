@@ -91,6 +91,20 @@ def test_an_object_at_some_borders_is_no_swapped_mask() -> None:
     assert "2 masks of 3 touch all four borders" in str(swapped_note([swapped, mask, swapped]))
 
 
+def test_a_mask_that_fills_much_of_the_image_up_to_three_borders_holds_background() -> None:
+    mask = np.zeros((40, 60), np.uint8)
+    mask[12:] = 255
+    assert "1 mask of 1 touches three borders of the image or more, and covers up to 70 %" in str(
+        swapped_note([mask])
+    )
+    assert swapped_note([mask, np.zeros_like(mask)]) is None, "half of them"
+    mask[:, :10] = 0
+    assert swapped_note([mask]) is None, "an object whose lower part is out of the image"
+    mask[:] = 0
+    mask[:, 25:35] = mask[20:24, 25:] = 255
+    assert swapped_note([mask]) is None, "a pole with an arm"
+
+
 def test_views_that_all_have_one_pose_are_refused(
     drawn_capture: Path, tmp_path: Path, servoid_command: Command
 ) -> None:
@@ -179,7 +193,6 @@ def test_an_empty_mask_beside_a_lens_is_told_in_the_files_pixels(
     "odd",
     [
         {"focal_px": (1e300, 1e300)},
-        {"focal_px": (1e-300, 1e-300)},
         {"distortion": (0.0, 0.0, 1e5, 1e5)},
         {"center_px": (1e9, 1e9)},
     ],

@@ -57,6 +57,28 @@ def test_an_angle_of_view_reaches_from_border_to_border() -> None:
         Camera.from_fov((640, 480), 0.01)
 
 
+@pytest.mark.parametrize("focal_px", [(4.4, 4.4), (0.7, 0.9), (500.0, 0.0044)])
+def test_a_focal_length_in_millimetres_or_shares_of_the_width_is_no_number_of_pixels(
+    focal_px: tuple[float, float],
+) -> None:
+    place = (319.5, 239.5)
+    for model, bends in (
+        ("pinhole", ()),
+        ("brown_conrady", (0.0,) * 4),
+        ("kannala_brandt", (0.0,) * 4),
+    ):
+        with pytest.raises(
+            CameraError, match=r"must be in pixels, .* covers 1[78]\d degrees; one in m"
+        ):
+            Lens(
+                model=model,
+                size_px=(640, 480),
+                focal_px=focal_px,
+                center_px=place,
+                distortion=bends,
+            )
+
+
 @pytest.mark.parametrize(
     ("matrix", "words"),
     [

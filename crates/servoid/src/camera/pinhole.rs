@@ -29,6 +29,19 @@ pub enum CameraError {
          angle does not describe; calibrate it, and give its lens"
     )]
     Wide(f64),
+    /// A focal length is in another unit than pixels.
+    #[error(
+        "a focal length must be in pixels, but with focal_px {focal_px:?} an image of {size_px:?} \
+         pixels covers {:.0} degrees; one in millimetres is multiplied by the pixels of the image \
+         per millimetre of the sensor",
+        widest(*size_px, *focal_px)
+    )]
+    Unit {
+        /// (fx, fy) given.
+        focal_px: [f64; 2],
+        /// Width and height.
+        size_px: [usize; 2],
+    },
     /// A focal length is not a positive number.
     #[error("a focal length must be a positive number of pixels, but focal_px is {0:?}")]
     Focal([f64; 2]),
@@ -69,6 +82,14 @@ pub enum CameraError {
     },
 }
 
+/// Returns the larger angle of view, of those across and along an image, in degrees.
+#[allow(clippy::cast_precision_loss, reason = "what is too large is refused")]
+fn widest(size_px: [usize; 2], focal_px: [f64; 2]) -> f64 {
+    let angle =
+        |(side, focal): (usize, f64)| 2.0 * libm::atan(0.5 * side as f64 / focal).to_degrees();
+    size_px.into_iter().zip(focal_px).map(angle).fold(0.0, f64::max)
+}
+
 fn in_radians(fov_deg: f64) -> String {
     let meant = fov_deg.to_degrees();
     let is_likely = (Camera::NARROWEST_DEG..=Camera::WIDEST_DEG).contains(&meant);
@@ -98,7 +119,7 @@ impl Camera {
     pub const MAX_SIDE_PX: usize = 8192;
     /// Less degrees from the left to the right border are probably an angle in radians.
     const NARROWEST_DEG: f64 = 3.0;
-    /// More degrees from the left to the right border are those of a fisheye.
+    /// More degrees from border to border are those of a fisheye.
     const WIDEST_DEG: f64 = 160.0;
 
     /// Makes a camera of (width, height), (fx, fy) and (cx, cy), all in pixels.
@@ -120,6 +141,9 @@ impl Camera {
         }
         if !center_px.iter().all(|c| c.is_finite()) {
             return Err(CameraError::Center(center_px));
+        }
+        if widest(size_px, focal_px) > Self::WIDEST_DEG {
+            return Err(CameraError::Unit { focal_px, size_px });
         }
         Ok(Self { size_px, focal_px, center_px })
     }

@@ -14,10 +14,11 @@ from servoid.servo.arm import Arm, JointState
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.checked_arm import CheckedArm
 from servoid.servo.keeping.arm_watch import ArmWatch
-from servoid.servo.keeping.bounds import Rows, Window
+from servoid.servo.keeping.bounds import Rows
 from servoid.servo.keeping.confirming import Confirming
 from servoid.servo.keeping.limiter import Limiter
 from servoid.servo.keeping.limits import JointLimits
+from servoid.servo.keeping.now import LastCommand, Now
 from servoid.servo.keeping.pace import Pace
 from servoid.servo.keeping.safety import LOCATED, Reason, SafetySupervisor, is_within_reason
 from servoid.servo.keeping.workspace_limits import WorkspaceLimits, walls_of
@@ -61,44 +62,6 @@ class Command:
     limiting: frozenset[Reason] = frozenset()
 
 
-@dataclass(frozen=True, eq=False)
-class _Now:
-    """The arm in this control period.
-
-    `jacobian` (6, n) and `twist` (6,) are the hand's, in the world.
-    `previous` (N,) are the last commanded joint speeds, `acceleration` (N,) their rate of change,
-    `last` (6,) the corresponding hand velocity, and `window` the speeds that may follow.
-    """
-
-    state: JointState
-    world_from_hand: Pose
-    jacobian: Floats
-    twist: Floats
-    previous: Floats
-    acceleration: Floats
-    last: Floats
-    window: Window
-
-    @property
-    def place(self) -> Floats:
-        """Return the position of the hand in the world, (3,)."""
-        return np.array(self.world_from_hand.translation)
-
-
-@dataclass(frozen=True, eq=False)
-class _LastCommand:
-    """The last command: speeds (N,) of all joints, and the corresponding hand velocity (6,).
-
-    `acceleration` (N,) is the rate of change of the speeds.
-    """
-
-    time_s: float
-    velocities: Floats
-    acceleration: Floats
-    twist: Floats
-    jacobian: Floats
-
-
 class Controller:
     """Controls the hand to a goal relative to the target, and the cameras to fixate it."""
 
@@ -131,7 +94,7 @@ class Controller:
             else GazeControl(arm.eyes, arm.joints, settings.gaze, reaction_s)
         )
         self._hand = slice(0, arm.joints.hand_count)
-        self._previous: _LastCommand | None = None
+        self._previous: LastCommand | None = None
         self._goal: tuple[float, Pose] | None = None
         self._sure: Prediction | None = None
 
@@ -212,13 +175,16 @@ class Controller:
         """Let a hand move again that is held as `DISOBEYED`, once the fault has been removed."""
         self._watch.resume()
 
-    def rest(self, state: JointState) -> Command:
-        """Return the command that brings hand and cameras to rest within their limits."""
-        now = self._look_at(state)
+    def rest(self, state: JointState | None) -> Command:
+        """Return the command that brings hand and cameras to rest within their limits.
+
+        If the state is unknown, None, the joints brake along the last command.
+        """
+        now = None if state is None else self._look_at(state)
         return self._stop(state) if now is None else self._hold(now, None, frozenset())
 
     def _pursue(
-        self, now: _Now, target: Prediction, goal_from_object: Moving, speed_scale: float
+        self, now: Now, target: Prediction, goal_from_object: Moving, speed_scale: float
     ) -> Command:
         """Follow a goal relative to a target, as in Fig. 5 of the paper."""
         world_from_hand = Moving.from_twist(now.world_from_hand, now.twist)
@@ -246,7 +212,7 @@ class Controller:
         )
 
     def _hand_twist(
-        self, now: _Now, hand_from_goal: Moving, world_from_goal: Moving, speed_scale: float
+        self, now: Now, hand_from_goal: Moving, world_from_goal: Moving, speed_scale: float
     ) -> Floats:
         """Return the hand velocity (6,) from the pose error and the goal's motion."""
         settings = self._settings.hand
@@ -255,7 +221,7 @@ class Controller:
             twist = twist + world_from_goal.twist
         return twist_within(twist, *self._limiter.speeds(speed_scale))
 
-    def _walls(self, now: _Now, target: Prediction) -> Rows | None:
+    def _walls(self, now: Now, target: Prediction) -> Rows | None:
         """Return the bounds of room, object and the arm's own parts; None if they are unknown."""
         room = self._workspace.velocity_limits(
             now.place, now.last[:3], target.place, target.twist[:3]
@@ -265,7 +231,7 @@ class Controller:
         )
         return None if apart is None else walls_of(room, now.jacobian).and_also(apart)
 
-    def _hold(self, now: _Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
+    def _hold(self, now: Now, target: Prediction | None, holding: frozenset[Reason]) -> Command:
         """Brake the hand along its path; the cameras stay on the predicted target."""
         self._reaching.forget()
         twist = exact.product(now.jacobian, now.previous[self._hand])
@@ -281,7 +247,7 @@ class Controller:
 
     def _sent(
         self,
-        now: _Now,
+        now: Now,
         target: Prediction | None,
         hand: Floats,
         *,
@@ -306,12 +272,12 @@ class Controller:
         place = None if target is None else target.world_from_object
         return Command(velocities.copy(), twist, hand_from_goal, place, angles, holding, limiting)
 
-    def _last_command(self, now: _Now, velocities: Floats, twist: Floats) -> _LastCommand:
+    def _last_command(self, now: Now, velocities: Floats, twist: Floats) -> LastCommand:
         """Return the part of a command that the next one needs."""
         acceleration = (velocities - now.previous) / self._arm.period_s
-        return _LastCommand(now.state.time_s, velocities, acceleration, twist, now.jacobian)
+        return LastCommand(now.state.time_s, velocities, acceleration, twist, now.jacobian)
 
-    def _stop(self, state: JointState, reason: Reason | None = None) -> Command:
+    def _stop(self, state: JointState | None, reason: Reason | None = None) -> Command:
         """Brake open-loop, if the state, or what was computed from it, cannot be used."""
         holding = frozenset({reason or self._watch.fault or Reason.BAD_STATE})
         last = self._previous
@@ -322,12 +288,11 @@ class Controller:
             velocities = self._limits.blindly_braked(last.velocities, last.acceleration, ticks)
             acceleration = (velocities - last.velocities) / self._arm.period_s
             twist = exact.product(last.jacobian, velocities[self._hand])
-            self._previous = _LastCommand(
-                state.time_s, velocities, acceleration, twist, last.jacobian
-            )
+            time_s = last.time_s + self._arm.period_s if state is None else state.time_s
+            self._previous = LastCommand(time_s, velocities, acceleration, twist, last.jacobian)
         return Command(velocities.copy(), twist, holding=holding)
 
-    def _look_at(self, state: JointState) -> _Now | None:
+    def _look_at(self, state: JointState) -> Now | None:
         """Compute the state of the hand; None if the joints' state cannot be used."""
         check_state(state, self._arm.joints)
         numbers = state.positions, state.velocities
@@ -367,7 +332,7 @@ class Controller:
         last = exact.product(jacobian, previous[self._hand]) if command is None else command.twist
         acceleration = np.zeros(len(previous)) if command is None else command.acceleration
         braking = self._limiter.braking(jacobian)
-        return _Now(
+        return Now(
             state,
             self._arm.world_from_hand(state.positions),
             jacobian,
@@ -392,7 +357,7 @@ class Controller:
         return Moving.from_twist(goal_from_object, twist)
 
 
-def _is_reachable(now: _Now, place: Sequence[float]) -> bool:
+def _is_reachable(now: Now, place: Sequence[float]) -> bool:
     """Return whether a place in the world, (3,), is finite, and not absurdly far from the hand."""
     pairs = zip(place, now.world_from_hand.translation, strict=True)
     return all(abs(one - other) <= FAR_M for one, other in pairs)

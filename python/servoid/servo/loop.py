@@ -7,12 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.controller import Command, Controller
 from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn
 from servoid.source import Instant, Source
 from servoid.track import Estimate, Follower
+
+_GIVE_UP_S = 0.5  # of commands that fail in a row, after which an arm cannot be braked
 
 Goal = Callable[[float], Pose | None]
 
@@ -80,11 +83,7 @@ def halt(arm: Arm, controller: Controller) -> Iterator[Command]:
     An arm that its own driver has stopped gets a single command of zero speeds.
     """
     while True:
-        state = arm.state()
-        command = controller.rest(state)
-        if state.stopped:
-            # After a reset, the arm must not resume the last command.
-            command = replace(command, velocities=np.zeros_like(command.velocities))
+        command = _braking(arm, controller)
         arm.command(command.velocities)
         yield command
         if not command.velocities.any():
@@ -97,18 +96,72 @@ def brought_to_rest(
 ) -> Iterator[None]:
     """Halt the arm when the block ends, also by an error or an interrupt.
 
-    `watch` is called with each braking command. If it raises, the arm is still braked.
+    `watch` is called with each braking command. Whatever is raised meanwhile, by `watch`, by the
+    arm or by a second interrupt, is raised once the arm is at rest. Without a joint state it brakes
+    along the last command.
+
+    Raises:
+        ServoError: no command reaches the arm any more; it may still move.
+
     """
     try:
         yield
-    finally:
-        braking = halt(arm, controller)
+    except BaseException:
+        _bring_to_rest(arm, controller, watch)
+        raise
+    raised = _bring_to_rest(arm, controller, watch)
+    if raised:
+        raise raised[0]
+
+
+def _bring_to_rest(
+    arm: Arm, controller: Controller, watch: Callable[[Command], None]
+) -> list[BaseException]:
+    """Brake an arm whatever is raised meanwhile, and return that."""
+    raised: list[BaseException] = []
+    most = max(1, round(_GIVE_UP_S / arm.period_s))
+    failed = 0
+    while failed < most:
+        velocities = None
         try:
-            for command in braking:
-                watch(command)
-        finally:
-            for _ in braking:
-                pass
+            if failed:
+                time.sleep(arm.period_s)
+            command = _braking(arm, controller, raised)
+            arm.command(command.velocities)
+            velocities, failed = command.velocities, 0
+            watch(command)
+        except BaseException as error:
+            raised.append(error)
+        if velocities is None:
+            failed += 1
+        elif not velocities.any():
+            return raised
+    raise ServoError(
+        f"the arm could not be brought to rest: {most} commands in a row failed; it may still move "
+        "at the last commanded speeds, so stop it at the arm itself"
+    ) from raised[-1]
+
+
+def _braking(
+    arm: Arm, controller: Controller, raised: list[BaseException] | None = None
+) -> Command:
+    """Return the next command of an arm that is brought to rest.
+
+    An error of its state or geometry is added to `raised`, if there is one, and the arm brakes
+    without them.
+    """
+    try:
+        state = arm.state()
+        command = controller.rest(state)
+        is_stopped = state.stopped
+    except Exception as error:
+        if raised is None:
+            raise
+        raised.append(error)
+        return controller.rest(None)
+    # After a reset, an arm that was stopped must not resume the last command.
+    still = np.zeros_like(command.velocities)
+    return replace(command, velocities=still) if is_stopped else command
 
 
 def _tick(

@@ -20,7 +20,7 @@ from tiers import tiered
 
 from servoid._native import shifted_and_turned
 from servoid.pose import Pose
-from servoid.servo import Command, GazeMode, JointLaw, Reason, ServoSettings, brought_to_rest
+from servoid.servo import GazeMode, JointLaw, Reason, ServoSettings
 from servoid.servo.settings import GazeSettings, HandSettings, JointSettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
@@ -277,37 +277,3 @@ def test_the_same_run_gives_the_same_bits(law: JointLaw) -> None:
     runs = [Loop(to_and_fro(10), by(law), noise=(0.0005, 0.005)) for _ in range(2)]
     last = [loop.run(2)[-1].state.positions for loop in runs]
     assert np.array_equal(*last)
-
-
-@pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
-def test_an_arm_is_brought_to_rest_within_its_limits_however_a_block_ends(
-    error: type[BaseException],
-) -> None:
-    loop = Loop(to_and_fro(4.0))
-    commanded: list[np.ndarray] = []
-    with (
-        pytest.raises(error),
-        brought_to_rest(loop.arm, loop.controller, lambda one: commanded.append(one.velocities)),
-    ):
-        last = loop.run(2.0)[-1].command.velocities
-        raise error
-    speeds = np.array([last, *commanded])
-    steps = np.abs(np.diff(speeds, axis=0)) / loop.arm.period_s
-    assert np.abs(last).max() > 0.02
-    assert np.all(steps <= loop.arm.joints.acceleration * (1.0 + 1e-9))
-    assert not commanded[-1].any()
-    for _ in range(50):
-        loop.arm.command(commanded[-1])
-    assert np.abs(loop.arm.state().velocities).max() < 1e-4
-
-
-def test_an_arm_is_brought_to_rest_though_who_watches_it_fails() -> None:
-    loop = Loop(to_and_fro(4.0))
-
-    def fail(_: Command) -> None:
-        raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError), brought_to_rest(loop.arm, loop.controller, fail):
-        last = loop.run(2.0)[-1].command.velocities
-    assert np.abs(last).max() > 0.02
-    assert not loop.controller.rest(loop.arm.state()).velocities.any()

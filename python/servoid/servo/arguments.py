@@ -1,6 +1,6 @@
 """Checks what a program passes to a controller: an arm, joint states, estimates and goals."""
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -25,6 +25,7 @@ _LISTED = (
     "unobservable",
 )
 _ROUNDING = 1e-6  # of a probability beyond 0 or 1
+_INDEFINITE = 1e-3  # share of it by which the variance of a direction may be, as of rounding
 _NEGATIVE = 1e-9  # share of the greatest variance by which another may be below 0
 
 
@@ -145,10 +146,24 @@ def check_pose(what: str, given: object) -> None:
         )
 
 
-def check_estimate(estimate: TargetEstimate) -> None:
-    """Check that an estimate has all its members, of the right kinds and shapes.
+@dataclass(frozen=True, eq=False)
+class _Converted:
+    """An estimate whose arrays are of float64."""
 
-    Numbers that are not finite pass: they hold the hand.
+    time_s: float
+    world_from_object: Pose
+    confidence: float
+    status: str
+    located: bool
+    covariance: Floats
+    unobservable: Floats
+
+
+def checked_estimate(estimate: TargetEstimate) -> TargetEstimate:
+    """Check that an estimate has all its members, of the right kinds and shapes; return it.
+
+    Numbers that are not finite pass: they hold the hand. Arrays of other numbers than float64 are
+    converted.
 
     Raises:
         ServoError: a member is missing or wrong.
@@ -177,6 +192,10 @@ def check_estimate(estimate: TargetEstimate) -> None:
             "an estimate's unobservable must be an array (n, 6), with n = 0 if the images "
             f"observe all motions, but is {_kind(estimate.unobservable)}"
         )
+    if estimate.covariance.dtype == estimate.unobservable.dtype == np.float64:
+        return estimate
+    arrays = {name: getattr(estimate, name).astype(np.float64) for name in _LISTED[-2:]}
+    return _Converted(*(arrays.get(name, getattr(estimate, name)) for name in _LISTED))
 
 
 def _check_confidence(confidence: float) -> None:
@@ -199,6 +218,15 @@ def _check_covariance(covariance: Floats) -> None:
         raise ServoError(
             "an estimate's covariance must have no variance below 0 on its diagonal, but has "
             f"{variances.min():g}"
+        )
+    if not exact.is_finite(covariance):
+        return
+    least = float(np.linalg.eigvalsh(0.5 * (covariance + covariance.T)).min())
+    if least < -_INDEFINITE * variances.max():
+        raise ServoError(
+            "an estimate's covariance must have no direction of a variance below 0, but its least "
+            f"eigenvalue is {least:.3g}; is it a product of standard deviations and correlations "
+            "between -1 and 1?"
         )
 
 

@@ -9,19 +9,19 @@ import numpy as np
 from servoid._native import Moving, change_between, twist_within
 from servoid.config import FAR_M, NEAR_M, REACH_M
 from servoid.pose import Floats, Pose, exact
-from servoid.servo.arguments import check_arm, check_estimate, check_pose, check_state
+from servoid.servo.arguments import check_arm, check_pose, check_state, checked_estimate
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.belief.target import Prediction, TargetEstimate, TargetFilter
 from servoid.servo.checked_arm import CheckedArm
 from servoid.servo.keeping.arm_watch import ArmWatch
 from servoid.servo.keeping.bounds import Rows
 from servoid.servo.keeping.confirming import Confirming
-from servoid.servo.keeping.limiter import Limiter
-from servoid.servo.keeping.limits import JointLimits
 from servoid.servo.keeping.now import LastCommand, Now
 from servoid.servo.keeping.pace import Pace
+from servoid.servo.keeping.paced_bounds import PacedBounds
 from servoid.servo.keeping.safety import LOCATED, Reason, SafetySupervisor, is_within_reason
-from servoid.servo.keeping.workspace_limits import WorkspaceLimits, walls_of
+from servoid.servo.keeping.start_check import check_start
+from servoid.servo.keeping.workspace_limits import walls_of
 from servoid.servo.law.gaze import GazeControl
 from servoid.servo.law.hand import correction, goal_error
 from servoid.servo.law.ik import QuadraticJoints
@@ -69,29 +69,27 @@ class Controller:
         """Take an arm at rest; its present posture is the preferred one.
 
         Raises:
-            ServoError: the arm lacks a member, or the settings are something else.
+            ServoError: the arm lacks a member, its Jacobian and its poses contradict each other,
+                its hand is far outside of its workspace, or the settings are something else.
             MissingExtraError: the joint law needs a solver that is not installed.
 
         """
         check_arm(arm, settings)
         self._arm = arm = CheckedArm(arm)
         self._settings = settings = settings or ServoSettings()
+        check_start(arm, settings.safety)
         self._target = TargetFilter(settings.target)
         self._supervisor = SafetySupervisor(settings.safety, self._target)
-        self._limits = JointLimits(arm.joints, settings.joints, arm.period_s)
         self._watch = ArmWatch(settings.safety, arm.period_s, len(arm.joints.names))
         self._confirming = Confirming(arm.joints, arm.period_s)
         self._pace = Pace(arm.period_s)
-        fade_s = 0.5 * self._limits.ramp_s
-        reaction_s = settings.joints.reaction_s + arm.period_s + fade_s
-        self._workspace = WorkspaceLimits(settings.safety, reaction_s, arm.period_s)
-        self._limiter = Limiter(arm, settings.hand, fade_s)
+        self._bounds = PacedBounds(arm, settings)
         self._reaching = Reaching(arm, settings.joints)
         self._law = _LAWS[settings.joints.law](arm, settings.joints)
         self._gaze = (
             None
             if arm.eyes is None
-            else GazeControl(arm.eyes, arm.joints, settings.gaze, reaction_s)
+            else GazeControl(arm.eyes, arm.joints, settings.gaze, self._bounds.reaction_s)
         )
         self._hand = slice(0, arm.joints.hand_count)
         self._previous: LastCommand | None = None
@@ -105,9 +103,8 @@ class Controller:
             ServoError: the estimate lacks a member, or one is of another kind or shape.
 
         """
-        if estimate is not None:
-            check_estimate(estimate)
-        self._supervisor.see(instant, estimate)
+        checked = None if estimate is None else checked_estimate(estimate)
+        self._supervisor.see(instant, checked)
 
     def command(self, state: JointState, goal_from_object: Pose | None) -> Command:
         """Return the command that brings the object to its goal pose relative to the hand.
@@ -123,7 +120,7 @@ class Controller:
         now = self._look_at(state)
         if now is None:
             return self._stop(state)
-        holding = self._supervisor.holding()
+        holding = self._supervisor.holding() | self._pace.holding
         if self._target.time_s is None:
             return self._hold(now, None, holding)
         target = self._target.predict(state.time_s)
@@ -163,6 +160,8 @@ class Controller:
             return self._stop(state)
         if state.stopped:
             return self._hold(now, None, frozenset({Reason.PROTECTIVE_STOP}))
+        if self._pace.is_rare:
+            return self._hold(now, None, self._pace.holding)
         point = Pose.from_parts(np.asarray(fixate).tolist(), [1.0, 0.0, 0.0, 0.0])
         places = point.translation, world_from_goal.translation
         if not all(_is_reachable(now, place) for place in places):
@@ -195,11 +194,11 @@ class Controller:
         if walls is None:
             return self._hold(now, target, frozenset({Reason.BAD_STATE}))
         wanted = self._hand_twist(now, hand_from_goal, world_from_goal, speed_scale)
-        allowed = self._workspace.allowed(world_from_goal.pose, target.place)
+        allowed = self._bounds.workspace.allowed(world_from_goal.pose, target.place)
         setpoint = self._law.setpoint(now.state, now.jacobian, HandSetpoint(wanted, allowed))
         window = now.window.part(self._hand)
-        bounds = self._limiter.bounds(now.jacobian, now.last, window, walls, speed_scale)
-        limited = self._limiter.nearest(setpoint, bounds)
+        bounds = self._bounds.limiter.bounds(now.jacobian, now.last, window, walls, speed_scale)
+        limited = self._bounds.limiter.nearest(setpoint, bounds)
         stuck = self._reaching.reasons(now.state, now.jacobian, wanted, allowed)
         off = exact.norm(np.array(hand_from_goal.pose.translation))
         untrue = self._supervisor.limiting(target, world_from_goal.pose, off)
@@ -208,7 +207,7 @@ class Controller:
             target,
             limited.velocities,
             hand_from_goal=hand_from_goal.pose,
-            limiting=limited.reasons | stuck | untrue | self._pace.reasons,
+            limiting=limited.reasons | stuck | untrue | self._pace.limiting,
         )
 
     def _hand_twist(
@@ -219,14 +218,14 @@ class Controller:
         twist = correction(hand_from_goal, now.world_from_hand, settings)
         if settings.feed_forward:
             twist = twist + world_from_goal.twist
-        return twist_within(twist, *self._limiter.speeds(speed_scale))
+        return twist_within(twist, *self._bounds.limiter.speeds(speed_scale))
 
     def _walls(self, now: Now, target: Prediction) -> Rows | None:
         """Return the bounds of room, object and the arm's own parts; None if they are unknown."""
-        room = self._workspace.velocity_limits(
+        room = self._bounds.workspace.velocity_limits(
             now.place, now.last[:3], target.place, target.twist[:3]
         )
-        apart = self._workspace.apart(
+        apart = self._bounds.workspace.apart(
             self._arm.solid, now.state.positions, now.previous, self._hand
         )
         return None if apart is None else walls_of(room, now.jacobian).and_also(apart)
@@ -235,14 +234,14 @@ class Controller:
         """Brake the hand along its path; the cameras stay on the predicted target."""
         self._reaching.forget()
         twist = exact.product(now.jacobian, now.previous[self._hand])
-        ticks = self._limiter.ticks_to_rest(twist)
-        braked = self._limits.braked(now.previous, now.acceleration, ticks)[self._hand]
+        ticks = self._bounds.limiter.ticks_to_rest(twist)
+        braked = self._bounds.joints.braked(now.previous, now.acceleration, ticks)[self._hand]
         weights = hand_weights(now.jacobian, self._settings.joints.angular_weight)
         setpoint = JointSetpoint(braked, weights)
         window, walls = now.window.part(self._hand), Rows.none(len(braked))
-        bounds = self._limiter.bounds(now.jacobian, now.last, window, walls, 1.0)
+        bounds = self._bounds.limiter.bounds(now.jacobian, now.last, window, walls, 1.0)
         return self._sent(
-            now, target, self._limiter.nearest(setpoint, bounds).velocities, holding=holding
+            now, target, self._bounds.limiter.nearest(setpoint, bounds).velocities, holding=holding
         )
 
     def _sent(
@@ -256,7 +255,7 @@ class Controller:
         limiting: frozenset[Reason] = frozenset(),
     ) -> Command:
         """Add the cameras to the hand's joint speeds (n,), apply the limits, store the command."""
-        velocities = now.window.bounded(self._limits.braked(now.previous, now.acceleration))
+        velocities = now.window.bounded(self._bounds.joints.braked(now.previous, now.acceleration))
         velocities[self._hand] = hand
         twist = exact.product(now.jacobian, velocities[self._hand])
         angles = None
@@ -274,7 +273,7 @@ class Controller:
 
     def _last_command(self, now: Now, velocities: Floats, twist: Floats) -> LastCommand:
         """Return the part of a command that the next one needs."""
-        acceleration = (velocities - now.previous) / self._arm.period_s
+        acceleration = (velocities - now.previous) / self._bounds.period_s
         return LastCommand(now.state.time_s, velocities, acceleration, twist, now.jacobian)
 
     def _stop(self, state: JointState | None, reason: Reason | None = None) -> Command:
@@ -284,9 +283,11 @@ class Controller:
         if last is None:
             velocities, twist = np.zeros(len(self._arm.joints.names)), np.zeros(6)
         else:
-            ticks = self._limiter.ticks_to_rest(last.twist)
-            velocities = self._limits.blindly_braked(last.velocities, last.acceleration, ticks)
-            acceleration = (velocities - last.velocities) / self._arm.period_s
+            ticks = self._bounds.limiter.ticks_to_rest(last.twist)
+            velocities = self._bounds.joints.blindly_braked(
+                last.velocities, last.acceleration, ticks
+            )
+            acceleration = (velocities - last.velocities) / self._bounds.period_s
             twist = exact.product(last.jacobian, velocities[self._hand])
             time_s = last.time_s + self._arm.period_s if state is None else state.time_s
             self._previous = LastCommand(time_s, velocities, acceleration, twist, last.jacobian)
@@ -299,10 +300,11 @@ class Controller:
         if not (isfinite(state.time_s) and all(map(exact.is_finite, numbers))):
             return None
         # What hits a stopped arm moves it at any speed.
-        if not (state.stopped or self._limits.may_move_at(state.velocities)):
+        if not (state.stopped or self._bounds.joints.may_move_at(state.velocities)):
             return None
         self._supervisor.advance(state.time_s, stopped=state.stopped)
         self._pace.see(state.time_s)
+        self._bounds = self._bounds.at(self._arm, self._settings, self._pace)
         velocities = np.asarray(state.velocities, np.float64)
         command = self._previous
         commanded = np.zeros(len(velocities)) if command is None else command.velocities
@@ -311,7 +313,7 @@ class Controller:
             return None
         if (
             command is not None
-            and state.time_s - command.time_s > _MISSED_PERIODS * self._arm.period_s
+            and state.time_s - command.time_s > _MISSED_PERIODS * self._bounds.period_s
         ):
             command = None
         if not (self._confirming.see(state, anew=command is None) or state.stopped):
@@ -319,7 +321,8 @@ class Controller:
                 self._previous = None  # joints that nobody commands are commanded to rest
             return None
         # Joints may be measured somewhat faster than they may be commanded.
-        previous = self._limits.clipped(velocities) if command is None else command.velocities
+        limits = self._bounds.joints
+        previous = limits.clipped(velocities) if command is None else command.velocities
         # The command takes effect where the joints will be after their lag.
         ahead_s = self._settings.hand.lead_s + 0.5 * self._arm.period_s
         jacobian = self._arm.jacobian(state.positions + ahead_s * previous)[:, self._hand]
@@ -331,7 +334,7 @@ class Controller:
             return None
         last = exact.product(jacobian, previous[self._hand]) if command is None else command.twist
         acceleration = np.zeros(len(previous)) if command is None else command.acceleration
-        braking = self._limiter.braking(jacobian)
+        braking = self._bounds.limiter.braking(jacobian)
         return Now(
             state,
             self._arm.world_from_hand(state.positions),
@@ -340,7 +343,7 @@ class Controller:
             previous,
             acceleration,
             last,
-            self._limits.window(state, previous, acceleration, braking),
+            limits.window(state, previous, acceleration, braking),
         )
 
     def _moving_goal(self, time_s: float, goal_from_object: Pose) -> Moving:

@@ -32,6 +32,10 @@ ESTIMATES: dict[str, tuple[dict[str, Any], str]] = {
         "confidence is -0.5; it is a probability, 0 to 1$",
     ),
     "an unknown status": ({"status": "TRACKING"}, "one of tracking, searching, lost, but is 'TR"),
+    "correlations above 1": (
+        {"covariance": np.eye(6) + 2.0 * np.eye(6)[::-1]},
+        "must have no direction of a variance below 0, but its least eigenvalue is -1;",
+    ),
     "a small covariance": (
         {"covariance": np.eye(3)},
         r"covariance must be an array \(6, 6\).* but is ndarray of shape \(3, 3\)",
@@ -163,6 +167,25 @@ def test_an_estimate_that_cannot_be_used_is_refused_in_words(case: str) -> None:
     controller.see(None, FakeEstimate(0.0, WORLD_FROM_OBJECT))
 
 
+@pytest.mark.parametrize("kind", [np.float32, np.float16, np.int64])
+def test_an_estimate_of_other_numbers_is_followed_as_one_of_float64(kind: type) -> None:
+    turn = np.array([[0, 0, 0, 0, 0, 1]])
+    commands = []
+    for dtype in (np.float64, kind):
+        arm = pa10()
+        controller = Controller(arm)
+        for _ in range(20):
+            estimate = replace(
+                FakeEstimate(arm.time_s, WORLD_FROM_OBJECT, confidence=1.0),
+                covariance=np.eye(6).astype(dtype),
+                unobservable=turn.astype(dtype),
+            )
+            controller.see(None, estimate)
+            commands.append(controller.command(arm.state(), GOAL_FROM_OBJECT).velocities)
+            arm.command(commands[-1])
+    assert np.array_equal(commands[:20], commands[20:])
+
+
 def test_an_estimate_without_a_member_is_refused_by_its_name() -> None:
     @dataclass
     class Bare:
@@ -179,11 +202,13 @@ def test_a_joint_state_that_cannot_be_used_is_refused_in_words(case: str) -> Non
     changed, words = STATES[case]
     arm = pa10()
     controller, state, place = Controller(arm), arm.state(), Pose.identity()
-    for ask in (
+    asked = [
         lambda: controller.command(changed(state), GOAL_FROM_OBJECT),
         lambda: controller.go_to(changed(state), place, np.zeros(3)),
-        lambda: controller.rest(changed(state)),
-    ):
+    ]
+    if case != "no state":  # without one, joints are braked along the last command
+        asked.append(lambda: controller.rest(changed(state)))
+    for ask in asked:
         with pytest.raises(ServoError, match=words):
             ask()
 
@@ -255,7 +280,6 @@ def test_what_is_no_arm_or_no_settings_is_refused_in_words() -> None:
 
 def test_an_arm_whose_jacobian_lacks_joints_is_refused_in_words() -> None:
     arm = NarrowArm(read_arm("pa10"), PERIOD_S)
-    controller = Controller(arm)
     words = r"Arm.jacobian must return an array \(6, 10\), but its shape is \(6, 7\)"
     with pytest.raises(ServoError, match=words):
-        controller.command(arm.state(), GOAL_FROM_OBJECT)
+        Controller(arm)

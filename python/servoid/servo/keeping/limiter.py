@@ -7,7 +7,6 @@ import numpy as np
 from servoid._native import HandLimits
 from servoid.errors import MissingExtraError
 from servoid.pose import Floats, exact
-from servoid.servo.arm import Arm
 from servoid.servo.keeping.bounds import Bounds, Rows, Window
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.joints import JointSetpoint
@@ -35,8 +34,8 @@ class Limiter:
     other.
     """
 
-    def __init__(self, arm: Arm, settings: HandSettings, fade_s: float = 0.0) -> None:
-        """Take the arm's period and the limits of its hand.
+    def __init__(self, period_s: float, settings: HandSettings, fade_s: float = 0.0) -> None:
+        """Take the period of the commands and the limits of the hand.
 
         An acceleration counts as if it continued for `fade_s` before it vanishes.
 
@@ -52,9 +51,9 @@ class Limiter:
         speeds = np.array([settings.linear_speed, settings.angular_speed])
         accelerations = np.array([settings.linear_acceleration, settings.angular_acceleration])
         self._speeds = settings.speed_share * speeds
-        steps = settings.acceleration_share * accelerations * arm.period_s
-        fading = fade_s / arm.period_s
-        self._hand = HandLimits(self._speeds.tolist(), steps.tolist(), arm.period_s, fading)
+        steps = settings.acceleration_share * accelerations * period_s
+        fading = fade_s / period_s
+        self._hand = HandLimits(self._speeds.tolist(), steps.tolist(), period_s, fading)
 
     def bounds(
         self, jacobian: Floats, last: Floats, window: Window, walls: Rows, speed_scale: float

@@ -129,20 +129,29 @@ def test_commands_are_finite_when_what_is_computed_is_not(
 
 
 class InMillimetres(SerialArm):
-    """An arm whose program returns the hand and its velocity in millimetres."""
+    """An arm whose program returns the hand and its velocity in millimetres, or begins to."""
+
+    unit = 1000.0
 
     def world_from_hand(self, positions: Floats) -> Pose:
         pose = super().world_from_hand(positions)
-        return Pose.from_parts([1000.0 * one for one in pose.translation], pose.quaternion)
+        return Pose.from_parts([self.unit * one for one in pose.translation], pose.quaternion)
 
     def jacobian(self, positions: Floats) -> Floats:
-        return super().jacobian(positions) * np.array([1000.0] * 3 + [1.0] * 3)[:, None]
+        return super().jacobian(positions) * np.array([self.unit] * 3 + [1.0] * 3)[:, None]
+
+
+def test_an_arm_in_millimetres_is_refused() -> None:
+    with pytest.raises(ServoError, match=r"moves the hand by \d+ m a radian: .* in metres"):
+        Controller(InMillimetres(read_arm(), PERIOD_S, [0.3] * 10))
 
 
 def test_an_arm_in_millimetres_is_held() -> None:
     right = SerialArm(read_arm(), PERIOD_S)
     arm = InMillimetres(read_arm(), PERIOD_S, right.state().positions.tolist())
+    arm.unit = 1.0
     controller = Controller(arm)
+    arm.unit = 1000.0
     for _ in range(30):
         controller.see(None, FakeEstimate(arm.time_s, WORLD_FROM_OBJECT, confidence=1.0))
         command = controller.command(arm.state(), GOAL_FROM_OBJECT)

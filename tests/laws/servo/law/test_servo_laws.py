@@ -63,7 +63,7 @@ def limited(
 ) -> Limited:
     """Limit a setpoint of an arm in its present posture, by nothing that is left out."""
     jacobian = arm.jacobian(arm.state().positions)[:, :7]
-    limiter = Limiter(arm, settings)
+    limiter = Limiter(arm.period_s, settings)
     bounds = limiter.bounds(
         jacobian,
         np.zeros(6) if last is None else last,
@@ -172,8 +172,8 @@ def test_what_is_told_is_the_nearest_to_the_wish_inside_all_bounds(
         most = np.array([normal @ (0.5 * (window.lower + window.upper)) + 0.01])
         walls = Rows(normal[None], np.array([-np.inf]), most, (Reason.WORKSPACE,))
         setpoint = asked.setpoint(state, jacobian, hand_setpoint(arm, random.uniform(-0.3, 0.3, 6)))
-        bounds = Limiter(arm, settings).bounds(jacobian, last, window, walls, 1.0)
-        found = Limiter(arm, settings).nearest(setpoint, bounds)
+        bounds = Limiter(arm.period_s, settings).bounds(jacobian, last, window, walls, 1.0)
+        found = Limiter(arm.period_s, settings).nearest(setpoint, bounds)
         at_most = Rows(walls.matrix, walls.lower, walls.upper + 1e-5, walls.reasons)
         assert replace(bounds, rows=at_most).hold(found.velocities)
         assert not bounds.hold(np.full(len(found.velocities), np.nan))
@@ -240,7 +240,7 @@ def test_near_a_singular_pose_the_quadratic_program_stays_slow(arm: SerialArm) -
 def test_a_missing_solver_is_named(arm: SerialArm, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "daqp", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'servoid\[servo\]'"):
-        Limiter(arm, HandSettings())
+        Limiter(arm.period_s, HandSettings())
 
 
 @pytest.mark.parametrize("room", [0.0, 1e-4, 0.01, 0.5, 3.0])

@@ -201,21 +201,65 @@ def test_an_arm_whose_base_stands_far_from_the_origin_of_its_file_is_no_long_arm
     assert np.subtract(*hands) == pytest.approx([60.0, 0.0, 0.0], abs=1e-6)
 
 
+NEEDED = re.compile(
+    r"joint '(\w+)' needs ([\d.]+) N m to hold the ([\d.]+) kg that it carries, "
+    r"but has ([\d.]+) N m"
+)
+
+
+def with_efforts(folder: Path, effort: float) -> World:
+    text = re.sub(r'effort="[\d.]+"', f'effort="{effort}"', UR5E.urdf)
+    return world_of(written(folder, "arm.urdf", text), mount="flange", start=UR5E.start)
+
+
+def sinks(world: World) -> float:
+    """Command the arm to rest, and return the greatest motion of a joint in half a second."""
+    before = np.array(world.arm.state().positions)
+    for _ in range(60):
+        world.arm.command(np.zeros(len(world.arm.joints.names)))
+    return float(np.abs(world.arm.state().positions - before).max())
+
+
 def test_efforts_of_a_file_limit_the_torques(tmp_path: Path) -> None:
-    path = written(tmp_path, "arm.urdf", UR5E.urdf)
-    held = world_of(path, mount="flange", start=UR5E.start)
-    weak = world_of(
-        written(tmp_path, "weak.urdf", re.sub(r'effort="[\d.]+"', 'effort="1"', UR5E.urdf)),
-        mount="flange",
-        start=UR5E.start,
+    speeds = []
+    for effort in (150.0, 22.0):
+        world = with_efforts(tmp_path, effort)
+        for _ in range(4):
+            world.arm.command(np.where(np.arange(len(world.arm.joints.names)) == 1, -1.0, 0.0))
+        speeds.append(-world.arm.state().velocities[1])
+    assert 0.0 < speeds[1] < 0.5 * speeds[0]
+
+
+def test_motors_that_cannot_hold_the_arm_are_refused_and_stronger_ones_hold_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(SimError, match=r"arm.urdf: .* own weight where it starts: ") as caught:
+        with_efforts(tmp_path, 1.0)
+    found = NEEDED.search(str(caught.value))
+    assert found is not None and (found[1], found[4]) == ("j2", "1")
+    needed = float(found[2])
+    assert sinks(with_efforts(tmp_path, 1.01 * needed)) < 1e-3
+    with pytest.raises(SimError, match="own weight"):
+        with_efforts(tmp_path, 0.99 * needed)
+    monkeypatch.setattr("servoid.sim.world.world.check_strength", lambda *_: None)
+    fallen = with_efforts(tmp_path, 0.5 * needed)
+    assert sinks(fallen) > 0.1
+    assert fallen.arm.state().stopped
+
+
+def test_masses_in_grams_are_refused_unless_no_motor_has_a_limit(tmp_path: Path) -> None:
+    inertial = (
+        '<inertial><mass value="2300"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+        '<origin xyz="0 0.1 0.1"/></inertial>'
     )
-    sank = []
-    for world in (held, weak):
-        before = np.array(world.arm.state().positions)
-        for _ in range(60):
-            world.arm.command(np.zeros(len(world.arm.joints.names)))
-        sank.append(float(np.abs(world.arm.state().positions - before).max()))
-    assert sank[0] < 1e-3 < 0.1 < sank[1]
+    text = UR5E.urdf.replace('<link name="ur3">', f'<link name="ur3">{inertial}')
+    assert text != UR5E.urdf
+    with pytest.raises(SimError, match=r"masses are in kg, and efforts .* in N m") as caught:
+        world_of(written(tmp_path, "arm.urdf", text), mount="flange", start=UR5E.start)
+    found = NEEDED.search(str(caught.value))
+    assert found is not None and float(found[2]) > 150.0 and float(found[3]) > 2300.0
+    free = written(tmp_path, "free.urdf", re.sub(r'effort="[\d.]+"', 'effort="0"', text))
+    assert sinks(world_of(free, mount="flange", start=UR5E.start)) < 1e-3
 
 
 @pytest.mark.parametrize("limits", ['lower="0" upper="0" ', ""])

@@ -13,6 +13,7 @@ from servoid.sim.world.arms.calibration import Calibration
 from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.joint_servos import JointServos
 from servoid.sim.world.arms.kinematics import Kinematics
+from servoid.sim.world.arms.own_weight import check_strength
 from servoid.sim.world.arms.protective_stop import ProtectiveStop, stop_torques
 from servoid.sim.world.arms.sim_arm import SimArm
 from servoid.sim.world.cameras.camera_simulator import (
@@ -62,7 +63,8 @@ class World:
         """Build the world; `path` replaces the one in the settings.
 
         Raises:
-            SimError: a setting names what does not exist, or is out of its range.
+            SimError: a setting names what does not exist, or is out of its range, or the arm's
+                motors do not carry its weight.
             MissingExtraError: MuJoCo is not installed.
 
         """
@@ -87,6 +89,7 @@ class World:
         )
         solids = Solids(model, kinematics, start)
         plant, known = build_plant(robot, model, lab, solids, visuals)
+        check_strength(robot, plant, start, settings.arm.name)
         thresholds = stop_torques(robot, model, start, settings.arm.stop_torque)
         protection = ProtectiveStop(thresholds, settings.physics.step_s)
         self._servos = JointServos(robot, model, kinematics, start, plant, protection, known=known)

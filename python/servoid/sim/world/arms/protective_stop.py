@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from servoid.pose import Floats, exact
+from servoid.sim.world.arms.own_weight import at_rest
 from servoid.sim.world.arms.robot import Robot
-from servoid.sim.world.scene.engine import load_mujoco
 
 _SMOOTHED_S = 0.004  # time constant of the torques, so that rounding in a single step has no effect
 _GRAVITY = 9.81
@@ -48,13 +48,10 @@ def stop_torques(robot: Robot, model: Any, start: Floats, share: float) -> Float
     They are a share of each joint's maximum torque. For a joint without a maximum, it is the torque
     that holds its initial load in the worst pose, plus that of its maximum acceleration.
     """
-    mujoco = load_mujoco()
-    data = mujoco.MjData(model)
-    joints = [model.joint(servo.joint) for servo in robot.servos]
-    data.qpos[[joint.qposadr[0] for joint in joints]] = start
-    mujoco.mj_forward(model, data)
+    data = at_rest(robot, model, start)
     found = []
-    for servo, joint in zip(robot.servos, joints, strict=True):
+    for servo in robot.servos:
+        joint = model.joint(servo.joint)
         body = int(model.jnt_bodyid[joint.id])
         lever = exact.norm(data.subtree_com[body] - data.xanchor[joint.id])
         needed = _GRAVITY * float(model.body_subtreemass[body]) * lever

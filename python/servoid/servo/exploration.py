@@ -1,6 +1,7 @@
 """Explores an object: views it from several viewpoints, and models a body from the images."""
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,11 +17,11 @@ from servoid.pose import Pose
 from servoid.servo.arm import Arm
 from servoid.servo.controller import Command, Controller
 from servoid.servo.loop import brought_to_rest
-from servoid.servo.next_best_view import greatest_gain, next_viewpoint, visit
+from servoid.servo.next_best_view import check_runs, greatest_gain, next_viewpoint, visit
 from servoid.servo.settings import LookSettings
 from servoid.source import Instant, Source, write_looks
 from servoid.track import Estimate, Follower
-from servoid.words import counted, were
+from servoid.words import counted, joined, were
 
 Masks = tuple[NDArray[np.uint8] | None, ...]
 ExplorationCallback = Callable[[str, float, Instant | None, Command | None], None]
@@ -87,7 +88,7 @@ def explore(
     move. `watch` is called with stage and progress at each observation and command.
 
     Raises:
-        ServoError: no image arrives.
+        ServoError: a camera gives no image, or the arm's own driver has stopped it.
         ModelError, TargetError, MaskError: the object cannot be modelled from the images.
         OutputError: the folder cannot be written.
 
@@ -200,25 +201,65 @@ def first_look(arm: Arm, source: Source) -> Instant:
     """Return the first observation in which every camera delivered an image; the arm rests.
 
     Raises:
-        ServoError: none comes.
+        ServoError: none comes, or the arm's own driver has stopped it.
 
     """
-    return awaited(arm, source, lambda instant: all(image is not None for image in instant.images))
+    given: Counter[str] = Counter()
+    notice, came = "", 0
+    for instant in _observations(arm, source):
+        if all(image is not None for image in instant.images):
+            return instant
+        came += 1
+        notice = instant.notices[-1] if instant.notices else notice
+        for number, image in enumerate(instant.images):
+            given[instant.called(number)] += image is not None
+    raise ServoError(_why_no_look(given, came, f"within {_PATIENCE * arm.period_s:.0f} s", notice))
 
 
-def awaited(arm: Arm, source: Source, suits: Callable[[Instant], bool] = lambda _: True) -> Instant:
-    """Return the next observation that fits `suits`; the arm stays at rest.
+def awaited(arm: Arm, source: Source) -> Instant:
+    """Return the next observation; the arm stays at rest.
 
     Raises:
-        ServoError: none comes.
+        ServoError: none comes, or the arm's own driver has stopped it.
+
+    """
+    for instant in _observations(arm, source):
+        return instant
+    raise ServoError(_why_no_look({}, 0, f"within {_PATIENCE * arm.period_s:.0f} s", ""))
+
+
+def _observations(arm: Arm, source: Source) -> Iterator[Instant]:
+    """Yield the observations that come while the arm rests, as long as one is waited for.
+
+    Raises:
+        ServoError: the arm's own driver has stopped it.
 
     """
     rest = np.zeros(len(arm.joints.names))
     for _ in range(_PATIENCE):
+        check_runs(arm.state(), "while it waited for images")
         instant = source.newest()
-        if instant is not None and suits(instant):
-            return instant
+        if instant is not None:
+            yield instant
         arm.command(rest)
-    raise ServoError(
-        f"no image came within {_PATIENCE * arm.period_s:.0f} s; check that the cameras run"
+
+
+def _why_no_look(given: Mapping[str, int], came: int, within: str, notice: str) -> str:
+    """Return why no observation had an image of each camera.
+
+    `given` counts the images of each camera in the observations that `came`, and `notice` is the
+    newest one.
+    """
+    dark = [name for name, count in given.items() if count == 0]
+    told = [f"{name} gave {count}" for name, count in given.items() if count]
+    if not told:
+        return f"no image came {within}; check that the cameras run{notice and f' ({notice})'}"
+    if not dark:
+        return (
+            f"none of {counted(came, 'observation')} {within} had an image of every camera: "
+            f"{joined(told)}; check the cameras{notice and f' ({notice})'}"
+        )
+    return (
+        f"{joined(dark)} gave no image {within}, while {joined(told)}; "
+        f"check {joined(dark)}{notice and f' ({notice})'}"
     )

@@ -8,7 +8,7 @@ import numpy as np
 from servoid._native import Body, change_between
 from servoid.errors import ServoError
 from servoid.pose import Floats, Pose, exact, looking
-from servoid.servo.arm import Arm
+from servoid.servo.arm import Arm, JointState
 from servoid.servo.controller import Command, Controller
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.law.reach import reached
@@ -114,11 +114,7 @@ def visit(
     start_s, arrived_s, late = arm.state().time_s, None, False
     while True:
         state = arm.state()
-        if state.stopped:
-            raise ServoError(
-                "the arm's own driver has stopped it before it reached the next viewpoint, as "
-                "after a collision; remove the obstacle, and reset the arm"
-            )
+        check_runs(state, "before it reached the next viewpoint")
         # On the way no images are requested, so a simulation does not render them.
         instant = None if arrived_s is None else source.newest()
         off = change_between(arm.world_from_hand(state.positions), world_from_goal)
@@ -137,6 +133,21 @@ def visit(
         yield VisitStep(command, instant if fresh else None, late)
         if fresh or state.time_s - start_s > 2.0 * settings.patience_s:
             return
+
+
+def check_runs(state: JointState, when: str) -> None:
+    """Check that an arm's own driver has not stopped it; `when` ends a sentence on what it did.
+
+    Raises:
+        ServoError: it has.
+
+    """
+    if state.stopped:
+        raise ServoError(
+            f"the arm's own driver has stopped it {when} (a protective stop), as after a "
+            "collision, or where its motors cannot hold or move it; remove the cause, and reset "
+            "the arm"
+        )
 
 
 def _cap(toward: Floats, widest_deg: float) -> Iterator[Floats]:

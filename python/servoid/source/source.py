@@ -51,9 +51,12 @@ class Instant:
                 found.append(named)
         return tuple(found)
 
+    def called(self, number: int) -> str:
+        """Name the camera of an image in a sentence: `camera left`, or its number without names."""
+        return camera_called(self.names[number] if number < len(self.names) else str(number))
+
     def _name(self, counted: re.Match[str]) -> str:
-        number = int(counted[1])
-        return camera_called(self.names[number]) if number < len(self.names) else counted[0]
+        return self.called(int(counted[1]))
 
     @property
     def is_dark(self) -> bool:

@@ -1,5 +1,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from dataclasses import replace as replaced
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 
 PLACE = np.array(WORLD_FROM_OBJECT.translation)
 LATENCY_S = 0.05
+NAMES = ("left", "right")
 
 
 @dataclass
@@ -234,6 +236,46 @@ def test_a_first_look_that_never_comes_is_an_error_and_the_arm_rests_meanwhile()
     with pytest.raises(ServoError, match="no image came within 16 s; check that the cameras run"):
         first_look(arm, Blinking(arm, taken=1_000_000))  # type: ignore
     np.testing.assert_array_equal(arm.state().positions, start)
+
+
+@dataclass
+class Lacking(Blinking):
+    """A source whose observations lack an image: of the cameras of `lost`, which take turns."""
+
+    lost: tuple[tuple[int, ...], ...] = ((),)
+
+    def newest(self) -> Instant | None:
+        instant = super().newest()
+        if instant is None:
+            return None
+        lost = self.lost[instant.index % len(self.lost)]
+        images = tuple(None if number in lost else one for number, one in enumerate(instant.images))
+        notices = tuple(f"camera {NAMES[number]}: its image was lost" for number in lost)
+        return replaced(instant, images=images, notices=notices, names=NAMES)
+
+
+@pytest.mark.parametrize(
+    ("lost", "words"),
+    [
+        (
+            ((1,),),
+            r"camera right gave no image within 16 s, while camera left gave \d\d\d; check camera "
+            r"right \(camera right: its image was lost\)",
+        ),
+        (((0, 1),), r"no image came within 16 s; check that the cameras run \(camera right: "),
+        (
+            ((0,), (1,)),
+            r"none of \d+ observations within 16 s had an image of every camera: camera left gave "
+            r"\d+ and camera right gave \d+; check the cameras",
+        ),
+    ],
+)
+def test_a_first_look_names_the_camera_that_gives_no_image(
+    lost: tuple[tuple[int, ...], ...], words: str
+) -> None:
+    arm = SerialArm(read_arm())
+    with pytest.raises(ServoError, match=f"^{words}"):
+        first_look(arm, Lacking(arm, lost=lost))  # type: ignore
 
 
 def test_a_visit_without_images_ends_without_an_observation() -> None:

@@ -9,14 +9,17 @@ import numpy as np
 import pytest
 from linked_joints import Bench
 from servo_loop import GOAL_FROM_OBJECT, WORLD_FROM_OBJECT, Loop, broken_limits, still, to_and_fro
-from servo_trials import logged, small_trial
+from servo_trials import logged, small_settings, small_trial
 
 from servoid.errors import ServoError
 from servoid.pose import Pose
-from servoid.servo import Controller, JointState, LookSettings, Reason, visit
+from servoid.servo import Controller, JointState, LookSettings, Reason, awaited, visit
+from servoid.servo.exploration import first_look
 from servoid.servo.link import Refusal
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
+from servoid.sim.trial import run_servo_trial
+from servoid.sim.world import World
 
 pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
 
@@ -81,6 +84,36 @@ def test_an_arm_that_is_stopped_on_its_way_to_a_look_ends_the_tour() -> None:
     with pytest.raises(ServoError, match="and reset the arm"):
         list(islice(going, 1000))
     assert arm.time_s < 0.6
+
+
+def test_an_arm_that_is_stopped_while_it_waits_for_images_is_told_and_not_the_cameras() -> None:
+    for look in (awaited, first_look):
+        arm = SerialArm(read_arm())
+        state = arm.state
+        arm.state = lambda arm=arm, state=state: replace(  # type: ignore[method-assign]
+            state(), stopped=arm.time_s > 0.5
+        )
+        with pytest.raises(
+            ServoError, match=r"stopped it while it waited .*protective stop.*reset"
+        ):
+            look(arm, Nothing())  # type: ignore
+        assert arm.time_s < 0.6
+
+
+@pytest.mark.skipif(find_spec("mujoco") is None, reason="simulated worlds need mujoco")
+@pytest.mark.extended
+def test_an_arm_that_is_stopped_after_it_explored_is_told_and_not_the_texture(
+    tmp_path: Path,
+) -> None:
+    def stop_soon(world: World) -> None:
+        state = world.arm.state
+        world.arm.state = lambda: replace(  # type: ignore[method-assign]
+            state(), stopped=world.time_s > 0.2
+        )
+
+    settings = small_settings({"servo.look.count": 1})
+    with pytest.raises(ServoError, match=r"stopped it while it waited .*protective stop"):
+        run_servo_trial(settings, tmp_path, prepared=stop_soon)
 
 
 class Nothing:

@@ -3,12 +3,14 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from servo_trials import small_trial
 
 from conftest import Command, everything_in
 from servoid.cli import extras
+from servoid.errors import ServoError
 from servoid.servo import JointLaw, ServoSettings, as_the_paper
 from servoid.sim.trial import TrialSettings, changed, read_trial_settings
-from servoid.sim.trial.settings import check_events
+from servoid.sim.trial.settings import check_ages, check_events
 from servoid.track import Method
 
 
@@ -79,6 +81,56 @@ def test_what_begins_after_the_end_of_the_run_is_refused_and_nothing_is_left(
     assert everything_in(tmp_path) == before
     longer = changed(read_trial_settings(config), {"run.seconds": 41}, "the test")
     check_events(longer)  # an option may make the run long enough
+
+
+@pytest.mark.parametrize(
+    ("slow", "words"),
+    [
+        ("[world.cameras]\nlatency_s = 0.3", ("0.3363 s old", "world.cameras.latency_s 0.3 s")),
+        ("[world.cameras]\nrate_hz = 2", ("0.543 s old", "world.cameras.rate_hz 2 0.5 s")),
+        ("[world.lab]\ntrack_s = 0.2", ("0.44 s old", "world.lab.track_s 0.2 s")),
+    ],
+)
+def test_images_that_get_too_old_for_the_arm_to_move_are_refused_and_nothing_is_left(
+    slow: str, words: tuple[str, ...], servoid_command: Command, tmp_path: Path
+) -> None:
+    pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
+    pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
+    pytest.importorskip("matplotlib", reason="the plots of a run need matplotlib")
+    config = tmp_path / "slow.toml"
+    config.write_text(slow)
+    before = everything_in(tmp_path)
+    outcome = servoid_command("servo", "--config", config, "--out", tmp_path / "run")
+    assert outcome.code == 1
+    told = (*words, "the arm is held from 0.25 s on (servo.safety.coast_s)", "raise servo.safety")
+    assert [word for word in told if word not in outcome.err] == []
+    assert everything_in(tmp_path) == before
+    longer = changed(read_trial_settings(config), {"servo.safety.coast_s": 0.6}, "the test")
+    check_ages(longer)
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize(
+    ("key", "near", "far"),
+    [("world.cameras.latency_s", 0.216, 0.218), ("world.cameras.rate_hz", 4.8, 4.6)],
+)
+def test_images_are_refused_just_where_the_arm_would_stay_held(
+    key: str, near: float, far: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("mujoco", reason="simulated worlds need mujoco")
+    pytest.importorskip("daqp", reason="servoing within all limits needs daqp")
+
+    def held(value: float) -> list[bool]:
+        values = {key: value, "servo.look.count": 1, "run.seconds": 5.0}
+        log = small_trial(tmp_path / str(value), values).log
+        return [bool(row.tick.command.holding) for row in log.rows]
+
+    assert not any(held(near))
+    with pytest.raises(ServoError, match=r"raise servo.safety.coast_s above 0.25\d+"):
+        held(far)
+    monkeypatch.setattr("servoid.sim.trial.servoing.check_ages", lambda _: None)
+    rows = held(far)
+    assert all(rows[len(rows) // 10 :])
 
 
 def test_one_option_sets_all_of_the_papers_servoing(

@@ -31,7 +31,7 @@ from servoid.servo import (
     visit,
 )
 from servoid.sim.trial.marking import marker
-from servoid.sim.trial.settings import TrialSettings, check_events
+from servoid.sim.trial.settings import TrialSettings, check_ages, check_events
 from servoid.sim.trial.truth import Truth, true_goal
 from servoid.sim.world import Path as ObjectPath
 from servoid.sim.world import World
@@ -104,12 +104,14 @@ def run_servo_trial(
     anything moves.
 
     Raises:
-        SimError, ServoError: the settings are not valid, or a fault begins after the end.
+        SimError, ServoError: the settings are not valid, a fault begins after the end, images come
+            too seldom or too late, or the arm has stopped by itself.
         ModelError, TargetError: the object cannot be modelled from the images.
         DoubtError: its mark may mean several objects.
 
     """
     check_events(settings)
+    check_ages(settings)
     world = World(settings.world, path=path)
     mark = marker(world, settings.run)
     make_folder(Path(folder), parents=True)
@@ -282,7 +284,7 @@ def _start_tracker(
     """Return a tracker of the object that sees it now, and pass its estimates to the controller.
 
     Raises:
-        ServoError: the object is not found again after looking around.
+        ServoError: the object is not found again after looking around, or the arm has stopped.
 
     """
     track = settings.track

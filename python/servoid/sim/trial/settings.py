@@ -13,10 +13,12 @@ from servoid.servo import ServoSettings, settings_toml
 from servoid.shape import Body
 from servoid.sim.world import BEFORE_HAND, WorldSettings
 from servoid.track import Method
-from servoid.words import digits
+from servoid.words import digits, measured
 
 BY_HAND, BY_BOX, BY_CLICK = PEOPLE = ("hand", "box", "click")
 """How a person marks an object: draws around it, draws a box, or clicks on it."""
+
+_ROUNDING_S = 1e-9
 
 Triple = tuple[float, float, float]
 NotNegative = Annotated[int, Meta(ge=0)]
@@ -191,6 +193,30 @@ def check_events(settings: TrialSettings) -> None:
                 f"{key} is {digits(start_s)} s, but servoing ends after {digits(end_s)} s, so that "
                 f"this never happens; give a time below {digits(end_s)}, or raise run.seconds"
             )
+
+
+def check_ages(settings: TrialSettings) -> None:
+    """Check that images come often and early enough for the arm to move.
+
+    The arm is held when the newest image is older than `servo.safety.coast_s`.
+
+    Raises:
+        ServoError: they get older before the next one comes, so that the arm would stay held.
+
+    """
+    cameras, coast_s = settings.world.cameras, settings.servo.safety.coast_s
+    track_s, interval_s = settings.world.in_effect.track_s, 1.0 / cameras.rate_hz
+    # A tracker that takes longer than the interval misses images: it gets them this old at least.
+    oldest_s = cameras.latency_s + track_s + max(interval_s, track_s)
+    if oldest_s > coast_s + _ROUNDING_S:
+        raise ServoError(
+            f"an image would be {measured(oldest_s)} s old before the next one comes "
+            f"(world.cameras.latency_s {digits(cameras.latency_s)} s, the interval at "
+            f"world.cameras.rate_hz {digits(cameras.rate_hz)} {measured(interval_s)} s, and "
+            f"world.lab.track_s {digits(track_s)} s), but the arm is held from "
+            f"{digits(coast_s)} s on (servo.safety.coast_s), so that it would stay held; raise "
+            f"servo.safety.coast_s above {measured(oldest_s)}, lower latency_s, or raise rate_hz"
+        )
 
 
 def trial_toml(settings: TrialSettings | None = None) -> str:

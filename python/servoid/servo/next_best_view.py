@@ -145,8 +145,7 @@ def check_runs(state: JointState, when: str) -> None:
     if state.stopped:
         raise ServoError(
             f"the arm's own driver has stopped it {when} (a protective stop), as after a "
-            "collision, or where its motors cannot hold or move it; remove the cause, and reset "
-            "the arm"
+            "collision, or where its motors could not hold it; remove the cause, and reset the arm"
         )
 
 

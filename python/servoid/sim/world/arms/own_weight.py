@@ -23,7 +23,7 @@ def at_rest(robot: Robot, model: Any, start: Floats) -> Any:
 def check_strength(robot: Robot, plant: Any, start: Floats, name: str) -> None:
     """Check that the motors of the true arm, the `plant`, hold it at rest at `start` (N,).
 
-    Motors that only just hold it pass: where they cannot accelerate it, it stops by itself.
+    Motors that only just hold it pass, and move it slowly.
 
     Raises:
         SimError: a joint needs more than its greatest torque.

@@ -219,9 +219,10 @@ def _check_covariance(covariance: Floats) -> None:
             "an estimate's covariance must have no variance below 0 on its diagonal, but has "
             f"{variances.min():g}"
         )
-    if not exact.is_finite(covariance):
+    numbers = covariance.astype(np.float64)
+    if not exact.is_finite(numbers):
         return
-    least = float(np.linalg.eigvalsh(0.5 * (covariance + covariance.T)).min())
+    least = float(exact.eigh(0.5 * (numbers + numbers.T))[0][0])
     if least < -_INDEFINITE * variances.max():
         raise ServoError(
             "an estimate's covariance must have no direction of a variance below 0, but its least "

@@ -33,7 +33,7 @@ class PacedBounds:
         self.period_s: float = periods * arm.period_s
         joints, hand, safety = arm.joints, settings.hand, settings.safety
         if periods > 1.0:
-            jerk = None if joints.jerk is None else joints.jerk / periods**2
+            jerk = None if joints.jerk is None else joints.jerk / (periods * periods)
             joints = replace(joints, acceleration=joints.acceleration / periods, jerk=jerk)
             hand = changed(
                 hand,

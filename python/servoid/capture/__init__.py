@@ -20,6 +20,7 @@ from servoid.capture.matched_features import Features, alike, closest, features_
 from servoid.capture.moving_rig import RigDoubt, doubt_rig_poses, examine_rig_poses
 from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.capture.opening import count_uncalibrated, open_capture
+from servoid.capture.pair_doubt import is_refuted
 from servoid.capture.recorded_times import unordered_times
 from servoid.capture.shrinking import shrunk
 from servoid.capture.step_doubt import doubt_step
@@ -41,6 +42,7 @@ __all__ = [
     "doubt_rig_poses",
     "doubt_step",
     "examine_rig_poses",
+    "is_refuted",
     "open_capture",
     "shrunk",
     "views_of",

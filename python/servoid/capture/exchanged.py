@@ -29,6 +29,7 @@ _PARALLAX_PX = 2.0  # at 1000 px of diagonal: below, a feature's side is noise
 # Shares of features that contradict a rig. Of right ones at most 3 % do, and 4 % in a pair of
 # images (recorded pairs); of rigs that are off by 2 degrees or 60 px mostly more than 15 %.
 _DOUBTED = 0.1
+_SURELY = 0.5  # from this share on, the rig is wrong
 _WORSE = 2.0  # such shares of a camera that was moved, and of one whose lens is wrong throughout
 _TINY_M = 1e-9  # what two cameras at one place see differently is nearer: nothing is there
 _REFUSED = 0.8  # if this share is behind the cameras
@@ -68,6 +69,11 @@ class Sides:
     def contradict(self) -> bool:
         """Return whether so many features contradict the rig that it is probably wrong."""
         return self.against >= _LEAST and self.against > _DOUBTED * self.matched
+
+    @property
+    def refute(self) -> bool:
+        """Return whether most features contradict the rig, which is surely wrong then."""
+        return self.against >= _LEAST and self.against > _SURELY * self.matched
 
     def is_worse(self, earlier: "Sides") -> bool:
         """Return whether a far greater share of these contradicts the rig than of earlier ones."""

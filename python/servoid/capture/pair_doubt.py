@@ -7,6 +7,7 @@ epipolar lines, contradict their poses.
 import numpy as np
 
 from servoid._native import Pose
+from servoid.capture.capture import Capture
 from servoid.capture.exchanged import (
     Sides,
     all_sides,
@@ -52,6 +53,17 @@ def doubt_pair(album: Album, *, is_assumed: bool, last: int | None) -> str | Non
         return note or _doubt_end(album, last, all_sides(pairs))
     pairs = list(matched)
     return exchange_note(names, pairs) or turned_note(names, pairs)
+
+
+def is_refuted(capture: Capture) -> bool:
+    """Return whether most of what the first two cameras of a rig see contradicts their calibration.
+
+    It is surely wrong then, and so are poses that follow from it.
+    """
+    if len(capture.cameras) < 2:
+        return False
+    matched = matched_at(Album(capture), (0, 1), evenly(len(capture), _INSTANTS))
+    return all_sides(matched).refute
 
 
 def _doubt_end(album: Album, last: int | None, at_first: Sides) -> str | None:

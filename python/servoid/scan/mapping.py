@@ -1,6 +1,7 @@
 """Estimates the camera and its poses from matches: incremental structure from motion."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,17 +9,18 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
 from servoid.pose import Floats
+from servoid.scan.adjusting import adjust, deviation_px, other_covariance, squares
 from servoid.scan.matching import SEED, Matched
 from servoid.scan.running import pycolmap, run
 from servoid.scan.solution import Solution
+from servoid.scan.zoom import zoomed_px
 
 _LEAST_IMAGES = 3  # of a connected group
 _MOST_GROUPS = 10
 _GROWTH, _REFINEMENTS = 1.3, 2  # global bundle adjustment: after this growth, with so many rounds
 _CENTER_STD = 0.004  # of the diagonal: a less certain principal point stays at the image centre
 _WORTH_BENDING = 0.005  # share of the squared error that a distortion must remove
-# Features with larger errors, in pixels and in diagonals, count less than by their square.
-_FAR_PX, _FAR = 0.5, 0.0006
+_FEW_UNSEEN = 0.01  # share of the points of an image that no lens could show there
 _CORNER = 0.5  # COLMAP's pixels start at the corner of the first pixel, ours at its centre
 
 
@@ -35,7 +37,8 @@ def place_images(
     best, *others = sorted(found, key=lambda one: (-one.num_reg_images(), -one.num_points3D()))
     covariance, center_is_found = _polish(best, matched.diagonal_px)
     groups = tuple(_names(one, matched) for one in others)
-    return _solution(best, matched, covariance, center_is_found, groups)
+    solution = _solution(best, matched, covariance, center_is_found, groups)
+    return replace(solution, zoomed_px=zoomed_px(best, matched.files))
 
 
 def _map(matched: Matched, progress: Callable[[float], None] | None) -> list[Any]:
@@ -85,61 +88,24 @@ def _polish(model: Any, diagonal_px: float) -> tuple[Floats, bool]:
     (camera,) = model.cameras.values()
     found = np.array(camera.params)
     camera.params = [*found[:3], 0.0]
-    _adjust(model, center=False, bent=False)
-    straight, without = np.array(camera.params), _squares(model)
-    _adjust(model, center=False, bent=True)
-    bent = without > (1.0 + _WORTH_BENDING) * _squares(model)
+    adjust(model, center=False, bent=False)
+    straight, without = np.array(camera.params), squares(model)
+    adjust(model, center=False, bent=True)
+    bent = without > (1.0 + _WORTH_BENDING) * squares(model)
     before = np.array(camera.params) if bent else straight
     camera.params = before
-    covariance = _covariance(model, _adjust(model, center=True, bent=bent))
+    covariance = _only(other_covariance(model, adjust(model, center=True, bent=bent)))
     if covariance is not None:
-        deviation = _deviation_px(model) * np.sqrt(np.diag(covariance)[1:3].max())
+        deviation = deviation_px(model) * np.sqrt(np.diag(covariance)[1:3].max())
         if deviation < _CENTER_STD * diagonal_px:
             return covariance, True
     camera.params = before
-    covariance = _covariance(model, _adjust(model, center=False, bent=bent))
+    covariance = _only(other_covariance(model, adjust(model, center=False, bent=bent)))
     return (np.full((1, 1), np.nan) if covariance is None else covariance), False
 
 
-def _adjust(model: Any, *, center: bool, bent: bool) -> Any:
-    """Adjust poses, points, focal length and the requested intrinsics; return the adjuster."""
-    colmap = pycolmap()
-    options = colmap.BundleAdjustmentOptions()
-    options.print_summary = False
-    options.refine_principal_point = center
-    options.refine_extra_params = bent
-    options.ceres.loss_function_type = colmap.LossFunctionType.CAUCHY
-    (camera,) = model.cameras.values()
-    diagonal_px = float(np.hypot(camera.width, camera.height))
-    options.ceres.loss_function_scale = max(_FAR_PX, _FAR * diagonal_px)
-    options.ceres.solver_options.num_threads = 1
-    config = colmap.BundleAdjustmentConfig()
-    for number in model.reg_image_ids():
-        config.add_image(number)
-    config.fix_gauge(colmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
-    adjuster = colmap.create_default_ceres_bundle_adjuster(options, config, model)
-    run(lambda _: adjuster.solve())
-    model.update_point_3d_errors()
-    return adjuster
-
-
-def _covariance(model: Any, adjuster: Any) -> Floats | None:
-    """Return the covariance of the adjusted intrinsics; None if the images do not determine it."""
-    colmap = pycolmap()
-    options = colmap.BACovarianceOptions()
-    found = run(lambda _: colmap.estimate_ba_covariance(options, model, adjuster))
-    (camera,) = model.cameras.values()
-    return None if found is None else found.get_other_params_cov(camera.params)
-
-
-def _squares(model: Any) -> float:
-    """Return the sum of the squared reprojection errors."""
-    return float(sum(one.error**2 * one.track.length() for one in model.points3D.values()))
-
-
-def _deviation_px(model: Any) -> float:
-    """Return the standard deviation of the reprojection error along one axis."""
-    return float(np.sqrt(0.5 * _squares(model) / max(1, model.compute_num_observations())))
+def _only(found: list[Floats] | None) -> Floats | None:
+    return None if found is None else found[0]
 
 
 def _names(model: Any, matched: Matched) -> tuple[str, ...]:
@@ -172,10 +138,10 @@ def _solution(
         rows = np.array([row_of[point.point3D_id] for point in triangulated], np.int64)
         places = np.array([point.xy for point in triangulated]).reshape(-1, 2) - _CORNER
         off = lens.project(camera_from_world.transform(points[rows])) - places
+        errors.append(_error_px(off, matched.diagonal_px))
         poses.append(camera_from_world.inverse())
         seen.append(rows)
         marks.append(places)
-        errors.append(float(np.sqrt((off**2).sum(axis=1).mean())) if len(rows) else 0.0)
     found = set(names)
     return Solution(
         names=names,
@@ -186,11 +152,25 @@ def _solution(
         seen=tuple(seen),
         marks_px=tuple(marks),
         error_px=np.array(errors),
-        focal_std_px=_deviation_px(model) * float(np.sqrt(covariance[0, 0])),
+        focal_std_px=deviation_px(model) * float(np.sqrt(covariance[0, 0])),
         center_is_found=center_is_found,
         missing=tuple(name for name in matched.names if name not in found),
         groups=groups,
     )
+
+
+def _error_px(off: Floats, diagonal_px: float) -> float:
+    """Return the error of one image, rms, from the errors (N, 2) of its points.
+
+    Points that no lens could show there, NaN, count as the diagonal, unless they are very few.
+    """
+    if not len(off):
+        return 0.0
+    squared = (off**2).sum(axis=1)
+    unseen = np.isnan(squared)
+    if unseen.mean() < _FEW_UNSEEN:
+        return float(np.sqrt(squared[~unseen].mean()))
+    return float(np.sqrt(np.where(unseen, diagonal_px**2, squared).mean()))
 
 
 def _lens(model: Any) -> Lens:

@@ -103,10 +103,19 @@ class Scan:
         aside = off_center_note("the scan", solution.lens)
         if aside is not None and solution.center_is_found:
             yield f"{aside}; or they were stretched, so that pixels are not square"
-        if not solution.focal_std_px < _ROUGH_FOCAL * solution.focal_px:
+        if not math.isfinite(solution.focal_std_px):
+            yield "the images do not determine the focal length, and the scan is as uncertain"
+        elif solution.focal_std_px >= _ROUGH_FOCAL * solution.focal_px:
             yield (
                 f"the standard deviation of the focal length is {solution.focal_std_px:.0f} of "
                 f"{solution.focal_px:.0f} px"
+            )
+        if solution.zoomed_px is not None:
+            first_px, second_px = solution.zoomed_px
+            yield (
+                f"the first half of the images fits a focal length of {first_px:.0f} px, the "
+                f"second {second_px:.0f}: the zoom or the focus was changed, so that poses and "
+                "points are wrong; keep both fixed, or scan the images of each zoom alone"
             )
         yield from self._focal_contradiction()
         if len(solution.names) < _FEW_IMAGES:

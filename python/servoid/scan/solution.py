@@ -18,8 +18,9 @@ class Solution:
     between two rays to each. `marks_px[i]` are (N, 2) float64, the pixels in which image i sees the
     points with the indices `seen[i]` (N,). `error_px` (V,) is the RMS reprojection error of each
     image. `focal_std_px` is the standard deviation of the focal length, derived from the
-    reprojection errors. `groups` are the names of images that are connected with each other, but
-    not with those that have poses.
+    reprojection errors. `zoomed_px` are the focal lengths of the first and the second half of the
+    images, if they differ as those of one zoom do not. `groups` are the names of images that are
+    connected with each other, but not with those that have poses.
     """
 
     names: tuple[str, ...]
@@ -34,6 +35,7 @@ class Solution:
     center_is_found: bool
     missing: tuple[str, ...]
     groups: tuple[tuple[str, ...], ...] = ()
+    zoomed_px: tuple[float, float] | None = None
 
     __repr__ = brief
 

@@ -15,6 +15,7 @@ from servoid.capture import (
     doubt_edited,
     doubt_step,
     examine_rig_poses,
+    is_refuted,
 )
 from servoid.errors import TrackError
 from servoid.source import Feed, Instant, read_instants
@@ -153,8 +154,9 @@ def doubt_capture(
     `results` are the tracks of all objects in the capture; what was tracked does not rest, and is
     left out. With `is_assumed`, nobody measured the calibration. Cameras out of step are reported
     alone, as they contradict a right calibration, too, and so are images that were shifted or
-    enlarged after they were taken. Where it is sure that the poses of the rig are wrong, or that
-    the images were changed, those of the object are wrong, and none has the status `tracking`.
+    enlarged after they were taken. Where it is sure that the calibration or the poses of the rig
+    are wrong, or that the images were changed, those of the object are wrong, and none has the
+    status `tracking`.
     """
     if not results:
         return []
@@ -178,7 +180,8 @@ def doubt_capture(
     last = results[0].tracked[-1].index
     doubt = doubt_calibration(capture, is_assumed=is_assumed, last=last)
     if doubt is not None:
-        return [replace(one, calibration_doubt=doubt) for one in results]
+        told = (one.unconfirmed() for one in results) if is_refuted(capture) else results
+        return [replace(one, calibration_doubt=doubt) for one in told]
     found = examine_rig_poses(capture, may_move, among=among)
     if found is None:
         return list(results)

@@ -229,10 +229,10 @@ class TrackResult:
     def nowhere(self) -> str | None:
         """Return what to do if no image after the first confirms a pose; None if one does.
 
-        None as well where a doubt says what to do: that of the poses of the rig, of the images, or
-        a sure one.
+        None as well where a doubt says what to do: that of the calibration, of the poses of the
+        rig, of the images, or a sure one.
         """
-        doubts = (self.rig_doubt, self.edit_doubt, self.wrong_by)
+        doubts = (self.calibration_doubt, self.rig_doubt, self.edit_doubt, self.wrong_by)
         is_told = any(one is not None for one in doubts)
         return _NOWHERE if self.tracked_count <= 1 < len(self) and not is_told else None
 

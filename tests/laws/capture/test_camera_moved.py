@@ -10,7 +10,7 @@ from fake_tracker import plain_body
 from numpy.typing import NDArray
 from recordings import Recording
 
-from servoid.capture import Capture, PosedImage, capture_of, doubt_calibration
+from servoid.capture import Capture, PosedImage, capture_of, doubt_calibration, is_refuted
 from servoid.capture.exchanged import Sides
 from servoid.pose import Pose
 from servoid.track import Request, Subject, track_capture
@@ -96,3 +96,30 @@ def test_a_track_in_python_of_a_rig_with_inverted_poses_is_not_good(
     assert wrong.rig_doubt is not None and "invert them" in wrong.rig_doubt
     assert "the poses of the rig are in doubt" in wrong.reasons
     assert wrong.verdict != "good"
+
+
+def right_turned(capture: Capture, degrees: float) -> Capture:
+    """Give the right camera a wrong pitch in the calibration."""
+    left, right = capture.cameras
+    turn = Pose.exp([0.0, 0.0, 0.0, np.radians(degrees), 0.0, 0.0])
+    return replace(
+        capture, cameras=(left, replace(right, rig_from_camera=right.rig_from_camera @ turn))
+    )
+
+
+@pytest.mark.parametrize(("degrees", "is_wrong"), [(0.0, False), (0.05, False), (6.0, True)])
+def test_a_calibration_that_most_features_contradict_is_surely_wrong(
+    degrees: float, is_wrong: bool, still: Capture
+) -> None:
+    assert is_refuted(right_turned(still, degrees)) == is_wrong
+
+
+@pytest.mark.extended
+def test_no_pose_is_confirmed_beside_a_calibration_that_is_surely_wrong(still: Capture) -> None:
+    [right] = track_capture(still, request=Request(observations=slice(COUNT)))
+    known = Subject(body=right.body, start=right.estimates[0].world_from_object)
+    for degrees in (0.05, 6.0):
+        [track] = track_capture(right_turned(still, degrees), [known])
+        is_surely_wrong = degrees > 1.0
+        assert (track.calibration_doubt is not None) == is_surely_wrong
+        assert (not any(one.estimate.confidence for one in track.tracked)) == is_surely_wrong

@@ -109,7 +109,8 @@ def fit_capture(
         said = [*([] if why is None else [why]), *capture.notes]
         distance_m = _distance(distance_m, alone, said, alone_of)
         result = fit_one_view(known[0], distance_m, request)
-        return _noted(result, targets, notes, doubts, is_metric=capture.metric)
+        scale = scale_note(result.body, result.native_used, is_given=True)
+        return _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
     if marked.others and (len(known) < 2 or marked.from_targets):
         finding = replace(request, progress=part_of(request.progress, 0.0, _FINDING))
         known = _with_spread(marked, samples, finding, notes)

@@ -125,10 +125,13 @@ def swapped_note(masks: Sequence[NDArray[np.uint8]]) -> str | None:
     )
 
 
-def scale_note(body: Body, views: Sequence[View], *, has_sensor: bool = False) -> str | None:
+def scale_note(
+    body: Body, views: Sequence[View], *, has_sensor: bool = False, is_given: bool = False
+) -> str | None:
     """Report an object of a size, or at a distance, that can hardly be in metres.
 
-    `has_sensor` says that a depth camera measured it, which sees a few metres far.
+    `has_sensor` says that a depth camera measured it, which sees a few metres far, and `is_given`
+    that the user gave its distance.
     """
     away, size = _away(body, views), 2.0 * float(body.radii.max())
     (nearest, farthest), (least, most) = MODELLED_AWAY_M, MODELLED_SIZE_M
@@ -140,6 +143,11 @@ def scale_note(body: Body, views: Sequence[View], *, has_sensor: bool = False) -
         why = "too small by 1000, as of metres that are read as millimetres"
     else:
         return None
+    if is_given:
+        return (
+            f"the object is {measured(away)} m away as was given, and so it is up to "
+            f"{measured(size)} m large: is that distance right? It is in metres"
+        )
     return (
         f"the object is {measured(away)} m away and up to {measured(size)} m large: are poses or "
         f"depths {why}, or the cameras' distance from each other? They are in metres "

@@ -14,7 +14,7 @@ from scenes_looks import (
 from conftest import Command
 from servoid.capture import open_capture
 from servoid.errors import ModelError
-from servoid.model import fit_capture
+from servoid.model import Request, fit_capture
 from servoid.model.one_view import half_thickness_px
 
 
@@ -33,6 +33,20 @@ def test_a_disc_swells_to_a_ball_and_a_bar_to_a_rod() -> None:
     assert np.abs(reach - ball)[near].max() < 3.0
     assert reach[50, 150:260] == pytest.approx(11.0, abs=0.6)
     assert (reach[~(disc | bar)] == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("distance_m", "is_doubted"), [(0.42, False), (42.0, True), (0.0042, True)]
+)
+def test_a_distance_that_makes_an_object_absurdly_large_or_small_is_doubted(
+    pair: Path, distance_m: float, is_doubted: bool
+) -> None:
+    made = fit_capture(left_only(pair), Request(max_ellipsoids=1, delta=0.0), distance_m=distance_m)
+    told = [
+        doubt for doubt in made.all_doubts if "m away as was given, and so it is up to" in doubt
+    ]
+    assert bool(told) == is_doubted
+    assert not is_doubted or made.verdict.word != "good"
 
 
 def test_one_image_at_a_known_distance_gives_a_body_there_of_the_right_size(pair: Path) -> None:

@@ -49,6 +49,12 @@ const fn wanted(name: &'static str, what: &'static str) -> Wanted {
 pub const FOCAL: Wanted = wanted("focal_px", "2 numbers (fx, fy) in pixels");
 pub const CENTER: Wanted = wanted("center_px", "2 numbers (cx, cy) in pixels");
 
+/// Makes a camera whose focal lengths can be in pixels.
+fn made(size_px: &Bound<'_, PyAny>, focal: [f64; 2], center: [f64; 2]) -> PyResult<Camera> {
+    let camera = core::Camera::new(read_size(size_px)?, focal, center);
+    camera.and_then(core::Camera::in_pixels).map(Camera).map_err(raise)
+}
+
 #[pymethods]
 impl Camera {
     /// Most pixels along a side.
@@ -63,7 +69,7 @@ impl Camera {
         center_px: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let (focal, center) = (read_numbers(focal_px, FOCAL)?, read_numbers(center_px, CENTER)?);
-        core::Camera::new(read_size(size_px)?, focal, center).map(Self).map_err(raise)
+        made(size_px, focal, center)
     }
 
     /// Makes a camera of OpenCV's matrix K, (3, 3), and (width, height) in pixels. A camera has no
@@ -84,7 +90,7 @@ impl Camera {
             );
             return Err(named("CameraError", message));
         }
-        core::Camera::new(read_size(size_px)?, focal, center).map(Self).map_err(raise)
+        made(size_px, focal, center)
     }
 
     /// Makes a camera of (width, height) in pixels and the angle of view from the left to the right

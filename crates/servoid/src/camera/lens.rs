@@ -30,7 +30,7 @@ impl Lens {
         center_px: [f64; 2],
         distortion: Distortion,
     ) -> Result<Self, CameraError> {
-        let camera = Camera::new(size_px, focal_px, center_px)?;
+        let camera = Camera::new(size_px, focal_px, center_px)?.in_pixels()?;
         distortion.check()?;
         let reach = match &distortion {
             Distortion::None => f64::INFINITY,

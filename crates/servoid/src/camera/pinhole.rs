@@ -142,10 +142,20 @@ impl Camera {
         if !center_px.iter().all(|c| c.is_finite()) {
             return Err(CameraError::Center(center_px));
         }
+        Ok(Self { size_px, focal_px, center_px })
+    }
+
+    /// Returns the camera, unless its focal lengths are probably in millimetres, or in widths of the
+    /// image, as its angle of view is that of a fisheye.
+    ///
+    /// # Errors
+    /// If they are.
+    pub fn in_pixels(self) -> Result<Self, CameraError> {
+        let Self { size_px, focal_px, .. } = self;
         if widest(size_px, focal_px) > Self::WIDEST_DEG {
             return Err(CameraError::Unit { focal_px, size_px });
         }
-        Ok(Self { size_px, focal_px, center_px })
+        Ok(self)
     }
 
     /// Makes a camera of (width, height) in pixels and the angle of view from the left to the right

@@ -142,3 +142,13 @@ def test_what_cannot_be_is_told_in_a_line(
     assert message.replace("{}", str(captures)) in " ".join(ran.err.replace("│", " ").split())
     assert "Traceback" not in ran.err
     assert not (captures / "out.json").exists()
+
+
+def test_bodies_are_not_written_into_a_capture_that_is_modelled(
+    captures: Path, servoid_command: Command
+) -> None:
+    for out in (captures / "bird", captures / "bird" / "images"):
+        ran = servoid_command("model", captures, "--each", "--out", out, *FAST)
+        assert ran.code == 2
+        assert "--out would write over what this command reads" in " ".join(ran.err.split())
+    assert not (captures / "bird" / "trials").exists()

@@ -10,9 +10,12 @@ from servoid.batch import Done, workers_for
 from servoid.batch.captures import CaptureCase, model_folder
 from servoid.cli.batch_progress import watched_batch
 from servoid.cli.model.model_command import ModelOrder
+from servoid.cli.overwriting import check_inputs_kept
 from servoid.cli.values import Method
 from servoid.cli.wrong_options import OptionError, of_options
 from servoid.errors import ServoidError
+from servoid.exchange import is_capture
+from servoid.opening import parse_source
 from servoid.shape import load_body
 
 FAILED = 1
@@ -22,6 +25,7 @@ _WIDTH = 80
 def run_each(order: ModelOrder) -> None:
     """Model all captures of a folder, and print a line for each."""
     _check(order)
+    _check_captures_kept(order)
     with of_options():
         place = workers_for(order.workers, order.cluster)
     with watched_batch(f"modelling, {place.words}") as show:
@@ -85,6 +89,19 @@ def _check(order: ModelOrder) -> None:
             f"--each writes a body for each capture into a folder, but {order.out} is the name of "
             f"a single body; give a folder, such as --out {order.out.with_suffix('')}"
         )
+
+
+def _check_captures_kept(order: ModelOrder) -> None:
+    """Refuse to write into a capture that is modelled.
+
+    Raises:
+        OptionError: that was asked for.
+
+    """
+    source = Path(order.source)
+    for path in sorted(source.iterdir()) if source.is_dir() else ():
+        if path.is_dir() and is_capture(path):
+            check_inputs_kept([("--out", order.out)], parse_source(str(path)))
 
 
 def _case(order: ModelOrder) -> CaptureCase:

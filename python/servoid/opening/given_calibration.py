@@ -21,6 +21,18 @@ Size = tuple[int, int]
 _RATE = "--rate"
 _ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0  # where only the images matter
 _ANY_SIZE_PX = (640, 480)
+_MARKED = 4096  # first characters of another program's calibration, which show whose it is
+_TOOLS = {
+    "T_cn_cnm1": "Kalibr",
+    "distortion_coeffs": "Kalibr",
+    "opencv-matrix": "OpenCV",
+    "opencv_storage": "OpenCV",
+    "distortion_model": "ROS",
+    "camera_matrix": "ROS",
+    "Camera list with one line of data per camera": "COLMAP",
+    "<document": "Metashape",
+    "camera_angle_x": "nerfstudio",
+}
 
 
 class _CameraEntry(LensEntry, frozen=True, kw_only=True):
@@ -199,11 +211,31 @@ def any_cameras(known: GivenCalibration) -> GivenCalibration:
     return replace(known, is_any=True)
 
 
+def _tool_of(path: Path) -> str | None:
+    """Return which other program wrote a calibration, if its first lines show it."""
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            first = file.read(_MARKED)
+    except OSError:
+        return None
+    return next((tool for mark, tool in _TOOLS.items() if mark in first), None)
+
+
 def _calibrated(
     path: Path, source: str, names: Sequence[str], sizes_px: Sequence[Size] | None
 ) -> tuple[MountedCamera, ...]:
     """Return the cameras of a calibration, by name where names are equal, else in its order."""
-    file, text = read_versioned(path, _CalibrationFile, "calibrations")
+    try:
+        file, text = read_versioned(path, _CalibrationFile, "calibrations")
+    except CaptureError as error:
+        tool = _tool_of(path)
+        if tool is None:
+            raise
+        raise CaptureError(
+            f"{path} is a calibration by {tool}: write it as [[camera]] tables of TOML, with name, "
+            "size_px, model, focal_px, center_px, distortion and rig_from_camera; howto/lenses.md "
+            "has a table of the tools' names and orders, formats.md an example"
+        ) from error
     lenses = mounted_lenses(path, file.camera, text)
     if len(lenses) != len(names):
         raise CaptureError(

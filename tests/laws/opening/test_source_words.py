@@ -217,6 +217,26 @@ def test_a_calibration_says_how_a_bare_video_was_seen(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "tool"),
+    [
+        ("cam0:\n  camera_model: pinhole\n  distortion_coeffs: [0, 0, 0, 0]\n", "Kalibr"),
+        ("image_width: 640\ncamera_name: left\ncamera_matrix:\n  rows: 3\n", "ROS"),
+        ("%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: 3\n", "OpenCV"),
+        ("# Camera list with one line of data per camera:\n1 PINHOLE 640 480", "COLMAP"),
+        ('<?xml version="1.0"?>\n<document version="2">\n', "Metashape"),
+    ],
+)
+def test_a_calibration_of_another_program_is_named_with_what_to_do(
+    text: str, tool: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "calibration"
+    path.write_text(text)
+    word = parse_source(str(write_video(tmp_path / "film.mp4")))
+    with pytest.raises(CaptureError, match=rf"is a calibration by {tool}: .*howto/lenses\.md"):
+        open_recorded(word, GivenCalibration(calibration=path))
+
+
+@pytest.mark.parametrize(
     ("given", "message"),
     [
         ({"fov_deg": 0.0}, "--fov: an angle of view must be more than 0 .* but it is 0"),

@@ -169,7 +169,11 @@ def test_sources_lists_what_there_is_within_eighty_columns(servoid_command: Comm
         (("track", "FILM", "--duration", "3"), 2, "is recorded, so --duration does not apply"),
         (("track", "FILM", "--record", "run"), 2, "is recorded, so --record does not apply"),
         (("track", "FILM"), 1, "give --fov, .*; .* servoid scan estimates"),
-        (("track", "FILM", "--fov", "180"), 2, "--fov is 180; give degrees above 0 and below 180"),
+        (
+            ("track", "FILM", "--fov", "180"),
+            2,
+            "--fov: an angle of view must be more than 0 .* but it is 180",
+        ),
         (
             ("track", "http://127.0.0.1:9/", "--fov", "65", "--distance", "1"),
             1,

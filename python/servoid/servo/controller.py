@@ -69,15 +69,13 @@ class Controller:
         """Take an arm at rest; its present posture is the preferred one.
 
         Raises:
-            ServoError: the arm lacks a member, its Jacobian and its poses contradict each other,
-                its hand is far outside of its workspace, or the settings are something else.
+            ServoError: the arm lacks a member, or the settings are something else.
             MissingExtraError: the joint law needs a solver that is not installed.
 
         """
         check_arm(arm, settings)
         self._arm = arm = CheckedArm(arm)
         self._settings = settings = settings or ServoSettings()
-        check_start(arm, settings.safety)
         self._target = TargetFilter(settings.target)
         self._supervisor = SafetySupervisor(settings.safety, self._target)
         self._watch = ArmWatch(settings.safety, arm.period_s, len(arm.joints.names))
@@ -92,6 +90,7 @@ class Controller:
             else GazeControl(arm.eyes, arm.joints, settings.gaze, self._bounds.reaction_s)
         )
         self._hand = slice(0, arm.joints.hand_count)
+        self._is_checked = False
         self._previous: LastCommand | None = None
         self._goal: tuple[float, Pose] | None = None
         self._sure: Prediction | None = None
@@ -112,9 +111,12 @@ class Controller:
         Without a goal the hand rests and the cameras follow the target.
 
         Raises:
-            ServoError: the state is not of the arm's joints, or the goal is no pose.
+            ServoError: the state is not of the arm's joints, or the goal is no pose; at first also
+                if the arm's Jacobian and poses contradict each other, or its hand is far outside
+                of its workspace.
 
         """
+        self._check_once(state)
         if goal_from_object is not None:
             check_pose("goal_from_object", goal_from_object)
         now = self._look_at(state)
@@ -150,10 +152,11 @@ class Controller:
         """Return the command towards a hand pose in the world, with the cameras on a point (3,).
 
         Raises:
-            ServoError: the state is not of the arm's joints, or the goal is no pose.
+            ServoError: as for `command`.
             PoseError: the point is not of three finite numbers.
 
         """
+        self._check_once(state)
         check_pose("world_from_goal", world_from_goal)
         now = self._look_at(state)
         if now is None:
@@ -181,6 +184,14 @@ class Controller:
         """
         now = None if state is None else self._look_at(state)
         return self._stop(state) if now is None else self._hold(now, None, frozenset())
+
+    def _check_once(self, state: JointState) -> None:
+        """Check the arm at the first state that can be used."""
+        check_state(state, self._arm.joints)
+        if self._is_checked or not exact.is_finite(state.positions):
+            return
+        check_start(self._arm, np.asarray(state.positions, np.float64), self._settings.safety)
+        self._is_checked = True
 
     def _pursue(
         self, now: Now, target: Prediction, goal_from_object: Moving, speed_scale: float

@@ -282,4 +282,4 @@ def test_an_arm_whose_jacobian_lacks_joints_is_refused_in_words() -> None:
     arm = NarrowArm(read_arm("pa10"), PERIOD_S)
     words = r"Arm.jacobian must return an array \(6, 10\), but its shape is \(6, 7\)"
     with pytest.raises(ServoError, match=words):
-        Controller(arm)
+        Controller(arm).command(arm.state(), GOAL_FROM_OBJECT)

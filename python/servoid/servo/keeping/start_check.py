@@ -7,7 +7,6 @@ import numpy as np
 from servoid.config import REACH_M
 from servoid.errors import ServoError
 from servoid.pose import Floats, Pose, exact
-from servoid.servo.arguments import check_state
 from servoid.servo.checked_arm import CheckedArm
 from servoid.servo.settings import SafetySettings
 
@@ -18,20 +17,16 @@ _STILL = 1e-6  # m/rad and rad/rad, below which a pose does not depend on the jo
 _SWAPPED = [3, 4, 5, 0, 1, 2]
 
 
-def check_start(arm: CheckedArm, settings: SafetySettings) -> None:
+def check_start(arm: CheckedArm, positions: Floats, settings: SafetySettings) -> None:
     """Check the Jacobian of an arm by its poses, and where its hand is; nothing is moved.
 
-    An arm whose pose does not depend on the joint positions that are asked for cannot be checked.
+    `positions` (N,) are finite. An arm whose pose does not depend on the joint positions that are
+    asked for cannot be checked.
 
     Raises:
         ServoError: they contradict each other, or the hand is far outside of its workspace.
 
     """
-    state = arm.state()
-    check_state(state, arm.joints)
-    positions = np.asarray(state.positions, np.float64)
-    if not exact.is_finite(positions):
-        return  # the hand is held until they are
     hand = arm.world_from_hand(positions)
     _check_jacobian(arm, positions, hand)
     place = np.array(hand.translation)

@@ -143,7 +143,8 @@ class InMillimetres(SerialArm):
 
 def test_an_arm_in_millimetres_is_refused() -> None:
     with pytest.raises(ServoError, match=r"moves the hand by \d+ m a radian: .* in metres"):
-        Controller(InMillimetres(read_arm(), PERIOD_S, [0.3] * 10))
+        arm = InMillimetres(read_arm(), PERIOD_S, [0.3] * 10)
+        Controller(arm).command(arm.state(), GOAL_FROM_OBJECT)
 
 
 def test_an_arm_in_millimetres_is_held() -> None:
@@ -151,6 +152,7 @@ def test_an_arm_in_millimetres_is_held() -> None:
     arm = InMillimetres(read_arm(), PERIOD_S, right.state().positions.tolist())
     arm.unit = 1.0
     controller = Controller(arm)
+    controller.command(arm.state(), GOAL_FROM_OBJECT)
     arm.unit = 1000.0
     for _ in range(30):
         controller.see(None, FakeEstimate(arm.time_s, WORLD_FROM_OBJECT, confidence=1.0))

@@ -43,6 +43,13 @@ def slipped(change: Change | None = None, *, is_inverse: bool = False) -> Slippe
     return arm
 
 
+def begin(arm: SerialArm, settings: ServoSettings | None = None) -> None:
+    """Ask for a first command."""
+    controller = Controller(arm, settings)
+    controller.go_to(arm.state(), arm.world_from_hand(arm.state().positions), np.zeros(3))
+    controller.rest(arm.state())
+
+
 def in_hand(jacobian: Floats, turn: Floats) -> Floats:
     return np.concatenate([turn.T @ jacobian[:3], turn.T @ jacobian[3:]])
 
@@ -72,12 +79,12 @@ SLIPS: dict[str, tuple[Change, str]] = {
 def test_a_jacobian_that_contradicts_the_poses_is_refused_and_the_slip_named(slip: str) -> None:
     change, words = SLIPS[slip]
     with pytest.raises(ServoError, match=f"the hand would run away: .*{words}"):
-        Controller(slipped(change))
+        begin(slipped(change))
 
 
 def test_an_inverse_pose_of_the_hand_is_refused() -> None:
     with pytest.raises(ServoError, match="world_from_hand returns hand_from_world, the inverse"):
-        Controller(slipped(is_inverse=True))
+        begin(slipped(is_inverse=True))
 
 
 @settings(max_examples=5, deadline=None)
@@ -86,10 +93,10 @@ def test_the_jacobian_of_a_right_arm_is_never_refused(seed: int) -> None:
     arm = SerialArm(read_arm(), PERIOD_S)
     random = np.random.default_rng(seed)
     within = random.uniform(np.maximum(arm.joints.lower, -3.0), np.minimum(arm.joints.upper, 3.0))
-    Controller(SerialArm(read_arm(), PERIOD_S, within.tolist()))
+    begin(SerialArm(read_arm(), PERIOD_S, within.tolist()))
     # A robot's model that is calibrated differs by a little.
     changed = slipped(lambda found, _: found * random.uniform(0.99, 1.01, found.shape))
-    Controller(changed)
+    begin(changed)
 
 
 def test_poses_that_do_not_depend_on_the_joints_asked_for_cannot_be_compared(
@@ -98,7 +105,7 @@ def test_poses_that_do_not_depend_on_the_joints_asked_for_cannot_be_compared(
     arm = SerialArm(read_arm(), PERIOD_S)
     pose = arm.world_from_hand(arm.state().positions)
     monkeypatch.setattr(arm, "world_from_hand", lambda _: pose)
-    Controller(arm)
+    begin(arm)
 
 
 @pytest.mark.parametrize(("aside_m", "is_refused"), [(0.02, False), (0.3, True)])
@@ -109,7 +116,7 @@ def test_a_hand_far_outside_of_its_workspace_is_refused_before_it_moves(
     x = arm.world_from_hand(arm.state().positions).translation[0]
     box = SafetySettings(workspace_lower=(x + aside_m, -5.0, -5.0), workspace_upper=(5.0, 5.0, 5.0))
     if not is_refused:
-        Controller(arm, ServoSettings(safety=box))
+        begin(arm, ServoSettings(safety=box))
         return
     with pytest.raises(ServoError, match=r"0\.30 m outside of the box .* in the world's frame"):
-        Controller(arm, ServoSettings(safety=box))
+        begin(arm, ServoSettings(safety=box))

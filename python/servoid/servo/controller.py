@@ -187,8 +187,10 @@ class Controller:
 
     def _check_once(self, state: JointState) -> None:
         """Check the arm at the first state that can be used."""
+        if self._is_checked:
+            return
         check_state(state, self._arm.joints)
-        if self._is_checked or not exact.is_finite(state.positions):
+        if not exact.is_finite(state.positions):
             return
         check_start(self._arm, np.asarray(state.positions, np.float64), self._settings.safety)
         self._is_checked = True

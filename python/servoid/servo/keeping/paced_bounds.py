@@ -29,7 +29,7 @@ class PacedBounds:
             MissingExtraError: the solver of the limiter is not installed.
 
         """
-        self.periods = periods
+        self.periods: float = periods
         self.period_s: float = periods * arm.period_s
         joints, hand, safety = arm.joints, settings.hand, settings.safety
         if periods > 1.0:
@@ -41,11 +41,11 @@ class PacedBounds:
                 angular_acceleration=hand.angular_acceleration / periods,
             )
             safety = changed(safety, braking=safety.braking / periods)
-        self.joints = JointLimits(joints, settings.joints, self.period_s)
+        self.joints: JointLimits = JointLimits(joints, settings.joints, self.period_s)
         fade_s = 0.5 * self.joints.ramp_s
         self.reaction_s: float = settings.joints.reaction_s + self.period_s + fade_s
-        self.workspace = WorkspaceLimits(safety, self.reaction_s, self.period_s)
-        self.limiter = Limiter(self.period_s, hand, fade_s)
+        self.workspace: WorkspaceLimits = WorkspaceLimits(safety, self.reaction_s, self.period_s)
+        self.limiter: Limiter = Limiter(self.period_s, hand, fade_s)
 
     def at(self, arm: Arm, settings: ServoSettings, pace: Pace) -> "PacedBounds":
         """Return the bounds for the pace of the commands; these, unless it has changed."""

@@ -27,6 +27,7 @@ __all__ = [
     "CaptureCase",
     "CaptureRow",
     "ModelledFolder",
+    "folders_in",
     "model_capture",
     "model_folder",
 ]
@@ -152,8 +153,7 @@ def model_folder(
     place = Path(folder)
     if not place.is_dir():
         raise StudyError(f"there is no folder {place}; name one that holds captures")
-    folders = (path for path in place.iterdir() if path.is_dir())
-    inside = sorted(path for path in folders if not path.name.startswith("."))
+    inside = folders_in(place)
     captures = [path for path in inside if is_capture(path)]
     if not captures:
         raise StudyError(
@@ -172,6 +172,12 @@ def model_folder(
         dict(zip((path.name for path in captures), trials, strict=True)),
         tuple(path.name for path in inside if path not in captures),
     )
+
+
+def folders_in(folder: Path) -> list[Path]:
+    """Return the folders in a folder that are not hidden, in order."""
+    inside = (path for path in folder.iterdir() if path.is_dir())
+    return sorted(path for path in inside if not path.name.startswith("."))
 
 
 def _content(folder: Path) -> str:

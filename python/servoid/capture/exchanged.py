@@ -68,12 +68,15 @@ class Sides:
     @property
     def contradict(self) -> bool:
         """Return whether so many features contradict the rig that it is probably wrong."""
-        return self.against >= _LEAST and self.against > _DOUBTED * self.matched
+        return self._exceeds(_DOUBTED)
 
     @property
     def refute(self) -> bool:
         """Return whether most features contradict the rig, which is surely wrong then."""
-        return self.against >= _LEAST and self.against > _SURELY * self.matched
+        return self._exceeds(_SURELY)
+
+    def _exceeds(self, share: float) -> bool:
+        return self.against >= _LEAST and self.against > share * self.matched
 
     def is_worse(self, earlier: "Sides") -> bool:
         """Return whether a far greater share of these contradicts the rig than of earlier ones."""

@@ -12,7 +12,7 @@ from servoid._native import Camera, Pose
 from servoid.brief import brief
 from servoid.camera import pinhole_lens
 from servoid.capture import LensEntry, Version, mounted_lenses, read_versioned
-from servoid.config import NEAR_M, implausible
+from servoid.config import NEAR_M, SETTINGS_FILE, implausible, read_text
 from servoid.errors import CaptureError, located
 from servoid.source import MountedCamera
 from servoid.words import counted, digits
@@ -214,9 +214,8 @@ def any_cameras(known: GivenCalibration) -> GivenCalibration:
 def _tool_of(path: Path) -> str | None:
     """Return which other program wrote a calibration, if its first lines show it."""
     try:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            first = file.read(_MARKED)
-    except OSError:
+        first = read_text(path, CaptureError, SETTINGS_FILE)[:_MARKED]
+    except CaptureError:
         return None
     return next((tool for mark, tool in _TOOLS.items() if mark in first), None)
 

@@ -33,13 +33,13 @@ def adjust(model: Any, *, center: bool, bent: bool) -> Any:
     return adjuster
 
 
-def other_covariance(model: Any, adjuster: Any) -> list[Floats] | None:
-    """Return the covariance of each camera's adjusted intrinsics; None if they are undetermined."""
+def intrinsic_covariances(model: Any, adjuster: Any) -> list[Floats]:
+    """Return the covariance of each camera's adjusted intrinsics; none if they are undetermined."""
     colmap = pycolmap()
     options = colmap.BACovarianceOptions()
     found = run(lambda _: colmap.estimate_ba_covariance(options, model, adjuster))
     if found is None:
-        return None
+        return []
     return [found.get_other_params_cov(camera.params) for camera in model.cameras.values()]
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
 from servoid.pose import Floats
-from servoid.scan.adjusting import adjust, deviation_px, other_covariance, squares
+from servoid.scan.adjusting import adjust, deviation_px, intrinsic_covariances, squares
 from servoid.scan.matching import SEED, Matched
 from servoid.scan.running import pycolmap, run
 from servoid.scan.solution import Solution
@@ -86,26 +86,21 @@ def _polish(model: Any, diagonal_px: float) -> tuple[Floats, bool]:
     among them.
     """
     (camera,) = model.cameras.values()
-    found = np.array(camera.params)
-    camera.params = [*found[:3], 0.0]
+    camera.params = [*np.array(camera.params)[:3], 0.0]
     adjust(model, center=False, bent=False)
     straight, without = np.array(camera.params), squares(model)
     adjust(model, center=False, bent=True)
     bent = without > (1.0 + _WORTH_BENDING) * squares(model)
     before = np.array(camera.params) if bent else straight
     camera.params = before
-    covariance = _only(other_covariance(model, adjust(model, center=True, bent=bent)))
-    if covariance is not None:
-        deviation = deviation_px(model) * np.sqrt(np.diag(covariance)[1:3].max())
+    found = intrinsic_covariances(model, adjust(model, center=True, bent=bent))
+    if found:
+        deviation = deviation_px(model) * np.sqrt(np.diag(found[0])[1:3].max())
         if deviation < _CENTER_STD * diagonal_px:
-            return covariance, True
+            return found[0], True
     camera.params = before
-    covariance = _only(other_covariance(model, adjust(model, center=False, bent=bent)))
-    return (np.full((1, 1), np.nan) if covariance is None else covariance), False
-
-
-def _only(found: list[Floats] | None) -> Floats | None:
-    return None if found is None else found[0]
+    found = intrinsic_covariances(model, adjust(model, center=False, bent=bent))
+    return (found[0] if found else np.full((1, 1), np.nan)), False
 
 
 def _names(model: Any, matched: Matched) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from servoid.scan.adjusting import adjust, deviation_px, other_covariance
+from servoid.scan.adjusting import adjust, deviation_px, intrinsic_covariances
 from servoid.scan.running import pycolmap
 
 _LEAST_IMAGES = 8  # of both halves together
@@ -25,8 +25,8 @@ def zoomed_px(model: Any, files: Sequence[str]) -> tuple[float, float] | None:
         return None
     halved = _halved(model, numbers)
     adjuster = adjust(halved, center=False, bent=False)
-    covariances = other_covariance(halved, adjuster)
-    if covariances is None:
+    covariances = intrinsic_covariances(halved, adjuster)
+    if not covariances:
         return None
     first, second = (float(halved.camera(number).params[0]) for number in (1, 2))
     deviation = float(np.sqrt(sum(float(one[0, 0]) for one in covariances)))

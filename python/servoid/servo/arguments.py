@@ -15,18 +15,25 @@ from servoid.words import counted
 
 _STATUSES = ("tracking", "searching", "lost")
 _NEEDED = ("joints", "eyes", "period_s", "state", "world_from_hand", "jacobian")  # of an arm
-_LISTED = (
-    "time_s",
-    "world_from_object",
-    "confidence",
-    "status",
-    "located",
-    "covariance",
-    "unobservable",
-)
 _ROUNDING = 1e-6  # of a probability beyond 0 or 1
 _INDEFINITE = 1e-3  # share of it by which the variance of a direction may be, as of rounding
 _NEGATIVE = 1e-9  # share of the greatest variance by which another may be below 0
+
+
+@dataclass(frozen=True, eq=False)
+class _Converted:
+    """An estimate whose arrays are of float64."""
+
+    time_s: float
+    world_from_object: Pose
+    confidence: float
+    status: str
+    located: bool
+    covariance: Floats
+    unobservable: Floats
+
+
+_LISTED = tuple(field.name for field in fields(_Converted))
 
 
 def check_arm(arm: Arm, settings: ServoSettings | None) -> None:
@@ -146,19 +153,6 @@ def check_pose(what: str, given: object) -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class _Converted:
-    """An estimate whose arrays are of float64."""
-
-    time_s: float
-    world_from_object: Pose
-    confidence: float
-    status: str
-    located: bool
-    covariance: Floats
-    unobservable: Floats
-
-
 def checked_estimate(estimate: TargetEstimate) -> TargetEstimate:
     """Check that an estimate has all its members, of the right kinds and shapes; return it.
 
@@ -186,16 +180,24 @@ def checked_estimate(estimate: TargetEstimate) -> TargetEstimate:
             f"an estimate's status must be one of {', '.join(_STATUSES)}, but is "
             f"{estimate.status!r:.60}"
         )
-    _check_covariance(estimate.covariance)
+    covariance = _checked_covariance(estimate.covariance)
     if not _is_array(estimate.unobservable) or estimate.unobservable.shape[1:] != (6,):
         raise ServoError(
             "an estimate's unobservable must be an array (n, 6), with n = 0 if the images "
             f"observe all motions, but is {_kind(estimate.unobservable)}"
         )
-    if estimate.covariance.dtype == estimate.unobservable.dtype == np.float64:
+    unobservable = np.asarray(estimate.unobservable, np.float64)
+    if covariance is estimate.covariance and unobservable is estimate.unobservable:
         return estimate
-    arrays = {name: getattr(estimate, name).astype(np.float64) for name in _LISTED[-2:]}
-    return _Converted(*(arrays.get(name, getattr(estimate, name)) for name in _LISTED))
+    return _Converted(
+        time_s=estimate.time_s,
+        world_from_object=estimate.world_from_object,
+        confidence=estimate.confidence,
+        status=estimate.status,
+        located=estimate.located,
+        covariance=covariance,
+        unobservable=unobservable,
+    )
 
 
 def _check_confidence(confidence: float) -> None:
@@ -207,7 +209,8 @@ def _check_confidence(confidence: float) -> None:
     )
 
 
-def _check_covariance(covariance: Floats) -> None:
+def _checked_covariance(covariance: Floats) -> Floats:
+    """Check a covariance, and return it in float64."""
     if not _is_array(covariance) or covariance.shape != (6, 6):
         raise ServoError(
             "an estimate's covariance must be an array (6, 6), of (linear, angular), "
@@ -219,9 +222,9 @@ def _check_covariance(covariance: Floats) -> None:
             "an estimate's covariance must have no variance below 0 on its diagonal, but has "
             f"{variances.min():g}"
         )
-    numbers = covariance.astype(np.float64)
+    numbers = np.asarray(covariance, np.float64)
     if not exact.is_finite(numbers):
-        return
+        return numbers
     least = float(exact.eigh(0.5 * (numbers + numbers.T))[0][0])
     if least < -_INDEFINITE * variances.max():
         raise ServoError(
@@ -229,6 +232,7 @@ def _check_covariance(covariance: Floats) -> None:
             f"eigenvalue is {least:.3g}; is it a product of standard deviations and correlations "
             "between -1 and 1?"
         )
+    return numbers
 
 
 def _is_array(given: object) -> bool:

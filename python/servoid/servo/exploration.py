@@ -213,7 +213,7 @@ def first_look(arm: Arm, source: Source) -> Instant:
         notice = instant.notices[-1] if instant.notices else notice
         for number, image in enumerate(instant.images):
             given[instant.called(number)] += image is not None
-    raise ServoError(_why_no_look(given, came, f"within {_PATIENCE * arm.period_s:.0f} s", notice))
+    raise ServoError(_why_no_look(given, came, arm.period_s, notice))
 
 
 def awaited(arm: Arm, source: Source) -> Instant:
@@ -225,7 +225,7 @@ def awaited(arm: Arm, source: Source) -> Instant:
     """
     for instant in _observations(arm, source):
         return instant
-    raise ServoError(_why_no_look({}, 0, f"within {_PATIENCE * arm.period_s:.0f} s", ""))
+    raise ServoError(_why_no_look({}, 0, arm.period_s, ""))
 
 
 def _observations(arm: Arm, source: Source) -> Iterator[Instant]:
@@ -244,12 +244,13 @@ def _observations(arm: Arm, source: Source) -> Iterator[Instant]:
         arm.command(rest)
 
 
-def _why_no_look(given: Mapping[str, int], came: int, within: str, notice: str) -> str:
+def _why_no_look(given: Mapping[str, int], came: int, period_s: float, notice: str) -> str:
     """Return why no observation had an image of each camera.
 
     `given` counts the images of each camera in the observations that `came`, and `notice` is the
     newest one.
     """
+    within = f"within {_PATIENCE * period_s:.0f} s"
     dark = [name for name, count in given.items() if count == 0]
     told = [f"{name} gave {count}" for name, count in given.items() if count]
     if not told:

@@ -126,7 +126,7 @@ def _bring_to_rest(
         try:
             if failed:
                 time.sleep(arm.period_s)
-            command = _braking(arm, controller, raised)
+            command = _braking_anyway(arm, controller, raised)
             arm.command(command.velocities)
             velocities, failed = command.velocities, 0
             watch(command)
@@ -142,26 +142,23 @@ def _bring_to_rest(
     ) from raised[-1]
 
 
-def _braking(
-    arm: Arm, controller: Controller, raised: list[BaseException] | None = None
-) -> Command:
-    """Return the next command of an arm that is brought to rest.
+def _braking(arm: Arm, controller: Controller) -> Command:
+    """Return the next command of an arm that is brought to rest."""
+    state = arm.state()
+    command = controller.rest(state)
+    if not state.stopped:
+        return command
+    # After a reset, the arm must not resume the last command.
+    return replace(command, velocities=np.zeros_like(command.velocities))
 
-    An error of its state or geometry is added to `raised`, if there is one, and the arm brakes
-    without them.
-    """
+
+def _braking_anyway(arm: Arm, controller: Controller, raised: list[BaseException]) -> Command:
+    """Return that command without the arm's state or geometry if they fail; note how they did."""
     try:
-        state = arm.state()
-        command = controller.rest(state)
-        is_stopped = state.stopped
+        return _braking(arm, controller)
     except Exception as error:
-        if raised is None:
-            raise
         raised.append(error)
         return controller.rest(None)
-    # After a reset, an arm that was stopped must not resume the last command.
-    still = np.zeros_like(command.velocities)
-    return replace(command, velocities=still) if is_stopped else command
 
 
 def _tick(

@@ -236,6 +236,15 @@ def test_a_calibration_of_another_program_is_named_with_what_to_do(
         open_recorded(word, GivenCalibration(calibration=path))
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with a name here")
+def test_a_calibration_that_is_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "calibration"
+    os.mkfifo(path)
+    word = parse_source(str(write_video(tmp_path / "film.mp4")))
+    with pytest.raises(CaptureError, match="calibration"):
+        open_recorded(word, GivenCalibration(calibration=path))
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from servoid.batch import Done, workers_for
-from servoid.batch.captures import CaptureCase, model_folder
+from servoid.batch.captures import CaptureCase, folders_in, model_folder
 from servoid.cli.batch_progress import watched_batch
 from servoid.cli.model.model_command import ModelOrder
 from servoid.cli.overwriting import check_inputs_kept
@@ -99,9 +99,8 @@ def _check_captures_kept(order: ModelOrder) -> None:
 
     """
     source = Path(order.source)
-    for path in sorted(source.iterdir()) if source.is_dir() else ():
-        if path.is_dir() and is_capture(path):
-            check_inputs_kept([("--out", order.out)], parse_source(str(path)))
+    for path in filter(is_capture, folders_in(source) if source.is_dir() else ()):
+        check_inputs_kept([("--out", order.out)], parse_source(str(path)))
 
 
 def _case(order: ModelOrder) -> CaptureCase:

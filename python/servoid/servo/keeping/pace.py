@@ -21,6 +21,10 @@ class Pace:
         self._gaps: deque[float] = deque(maxlen=_COMMANDS)
         self._last_s: float | None = None
         self._since_long = _COMMANDS  # commands since one came after a long time
+        self.periods: float = 1.0
+        """The mean time between commands in periods, 1 unless they are clearly late."""
+        self.is_rare: bool = False
+        """Whether commands come too rarely to brake an arm in time."""
 
     def see(self, time_s: float) -> None:
         """Process the time of the state that a command follows."""
@@ -34,21 +38,16 @@ class Pace:
         else:
             self._gaps.append(min(gap, _MOST))
         self._since_long = 0 if is_long else self._since_long + 1
+        self.periods = self._mean()
+        newest = list(self._gaps)[-2:]
+        self.is_rare = self.periods > _RARE or (len(newest) == 2 and min(newest) > _RARE)
 
-    @property
-    def periods(self) -> float:
-        """Return the mean time between commands in periods, 1 unless they are clearly late."""
+    def _mean(self) -> float:
         count, total = len(self._gaps), sum(self._gaps)
         if count < _FEW or total < _COMMANDS:
             return 1.0
         mean = total / count
         return mean if mean > (_LATE if count == _COMMANDS else _CLEARLY) else 1.0
-
-    @property
-    def is_rare(self) -> bool:
-        """Return whether commands come too rarely to brake an arm in time."""
-        newest = list(self._gaps)[-2:]
-        return self.periods > _RARE or (len(newest) == 2 and min(newest) > _RARE)
 
     @property
     def limiting(self) -> frozenset[Reason]:

@@ -23,7 +23,6 @@ class Slipped(SerialArm):
 
     change: Change | None = None
     is_inverse = False
-    offset = 0.0
 
     def world_from_hand(self, positions: Floats) -> Pose:
         pose = super().world_from_hand(positions)

@@ -114,7 +114,8 @@ impl Tracker {
         let least = (LEAST_RECOGNISED * reference).min(MANY);
         let held = self.is_held();
         let threshold = if held { LOCATED_IF_HELD } else { LOCATED };
-        let known = reference < PATTERN || quality.recognised >= least || held;
+        let by_outline = self.is_known_by_outline(quality);
+        let known = reference < PATTERN || quality.recognised >= least || held || by_outline;
         let is_seen = quality.share >= threshold.max(self.settings.held) && known;
         self.trust.proved && !self.parting.is_certain() && is_seen
     }

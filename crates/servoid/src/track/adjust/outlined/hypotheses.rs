@@ -3,6 +3,7 @@
 use nalgebra::{Matrix6, SymmetricEigen};
 
 use super::fit::{Fitted, Scene, State};
+use super::mirror::unlike_mirrored;
 use super::residuals::View;
 use super::shape::Part;
 use crate::pose::{Pose, Twist};
@@ -53,11 +54,14 @@ const MARGIN: f64 = 15.0;
 const FITS: (f64, f64, f64) = (0.008, 0.011, 0.25);
 const SURE: (f64, f64, f64) = (0.0055, 0.007, 0.2);
 const LEAST_SURE: usize = 3;
-/// Least lever of the outlines of all keyframes together for the same: bodies of revolution that are
-/// adjusted to noisy boundaries mostly reach 0.037.
-pub(super) const LEVER: f64 = 0.045;
-/// Largest misfit of an image, in radii, for the covariance of a keyframe to be that of its pose.
-const IMAGE: f64 = 0.0085;
+/// Least lever of the outlines of all keyframes together for the same; and how far the boundary in each
+/// camera is at least from its mirror image in half of them, in radii and in pixels: a body of revolution
+/// is its own one, and no outline tells its spin, whatever the lever of a guess.
+const LEVER: f64 = 0.025;
+const UNEVEN: (f64, f64) = (0.008, 1.0);
+/// Largest misfit of an image, in radii, for the covariance of a keyframe to be that of its pose; and
+/// largest rotation, in radians, that would move its outline as far.
+const IMAGE: (f64, f64) = (0.015, 0.25);
 /// Factor of the standard deviations per pixel of misfit, since errors of the body are correlated
 /// between the views; and what counts as misfit where there is none, in pixels.
 const CORRELATED: f64 = 3.5;
@@ -65,14 +69,15 @@ const LEAST_MISFIT_PX: f64 = 0.12;
 
 impl View {
     /// Returns whether a body at a pose fits so well that its orientation there is that of the
-    /// keyframes; `radius` is that of the body.
-    pub(super) fn is_sure(&self, parts: &[Part], (pose, radius): (&Pose, f64)) -> bool {
+    /// keyframes; `radius` is that of the body, and `lever` that of its outline.
+    pub(super) fn is_sure(&self, parts: &[Part], (pose, radius): (&Pose, f64), lever: f64) -> bool {
         let state = State { poses: vec![*pose], parts: parts.to_vec() };
         let views = vec![Self { keyframe: 0, ..self.clone() }];
         let scene =
             Scene { views, prior: state.clone(), radius, is_rigid: true, prior_weight: 1.0 };
         let found = scene.misfits(&state).zip(scene.radius_px(&state));
-        found.is_some_and(|(misfits, radius_px)| misfits.iter().all(|one| *one < IMAGE * radius_px))
+        let most = IMAGE.0.min(IMAGE.1 * lever);
+        found.is_some_and(|(misfits, radius_px)| misfits.iter().all(|one| *one < most * radius_px))
     }
 }
 
@@ -208,13 +213,27 @@ impl Scene {
             is_sure: within(SURE)
                 && lever >= LEVER
                 && hangs_rad < HANGS_RAD
-                && state.poses.len() >= LEAST_SURE,
+                && state.poses.len() >= LEAST_SURE
+                && self.is_uneven(&state)?,
             fits_before: newest >= FITS.1 * px && before < FITS.0 * px,
             prior: self.prior.parts,
             in_vain,
             covariances,
             state,
         })
+    }
+}
+
+impl Scene {
+    /// Returns whether the boundaries of half of the keyframes are none of a body of revolution.
+    fn is_uneven(&self, state: &State) -> Option<bool> {
+        let mut uneven = vec![true; state.poses.len()];
+        for view in &self.views {
+            let radius_px = view.radius_px(&state.poses[view.keyframe], self.radius)?;
+            let least = UNEVEN.0.max(UNEVEN.1 / radius_px);
+            uneven[view.keyframe] &= unlike_mirrored(view, radius_px)? >= least;
+        }
+        Some(2 * uneven.iter().filter(|one| **one).count() > uneven.len())
     }
 }
 

@@ -11,8 +11,7 @@ mod shape;
 use nalgebra::Matrix6;
 
 use self::fit::{Scene, State};
-use self::hypotheses::{Adjusted, LEVER};
-use self::mirror::unlike_mirrored;
+use self::hypotheses::Adjusted;
 use self::residuals::View;
 pub(in crate::track) use self::shape::Part;
 use super::worker::Job;
@@ -46,10 +45,8 @@ const FITS: f64 = 0.6;
 /// standard deviation of the rotation from there per radian.
 const NEAR_RAD: f64 = 1.0;
 const AWAY: f64 = 0.2;
-/// Lever of an image's outline below which its boundary must differ from its mirror image in one of the
-/// cameras, and by how much, rms in radii: the lever of a body of revolution reaches 0.059 in images of
-/// 320 x 240 pixels, and its boundaries differ by up to 0.064.
-const ROUND: (f64, f64) = (0.06, 0.065);
+/// Lever of an image's outline from which on it shows the orientation.
+const LEVER: f64 = 0.03;
 /// Standard deviation of the orientation by the outline of one image, in radians about its least certain
 /// axis, up to which it shows the pose.
 const CERTAIN_RAD: f64 = 0.2;
@@ -76,8 +73,9 @@ pub(in crate::track) struct Outlined {
     is_adjusted: bool,
     /// The cost per view at which one more ellipsoid was not worth it, or none.
     in_vain: Option<f64>,
-    /// Adjustments in a row that were sure.
+    /// Adjustments in a row that were sure, and whether they were as many as it takes before.
     sure: usize,
+    was_sure: bool,
     /// The adjusted keyframes, each with the covariance of its pose, if they are sure.
     known: Vec<(usize, Matrix6<f64>)>,
 }
@@ -99,6 +97,12 @@ impl Tracker {
             && self.frame.cameras.len() >= CAMERAS
             && (self.is_plain() || self.is_smooth())
             && self.trust.is_continuous()
+    }
+
+    /// Returns whether the outlines told the orientation of an object, whose outline is seen now: once it
+    /// has turned, none of the rims and highlights is left that were learned as points.
+    pub(in crate::track) fn is_known_by_outline(&self, quality: &Quality) -> bool {
+        self.target.outlined.was_sure && self.is_outlined() && shows_outline(quality)
     }
 
     /// Returns where each camera sees the boundary of an object, if all of it is seen.
@@ -185,8 +189,9 @@ impl Tracker {
             Some(View { keyframe: 0, world: window.projection(&Pose::identity())?, look: look? })
         });
         let views: Vec<_> = views.collect();
-        let fits = views.len() >= CAMERAS && views.iter().all(|one| one.is_sure(&parts, at));
-        if !fits || self.may_be_round(hypothesis, &views) {
+        let lever = self.lever(hypothesis);
+        let fits = views.len() >= CAMERAS && views.iter().all(|one| one.is_sure(&parts, at, lever));
+        if !fits {
             return None;
         }
         let mut covariance = *covariance;
@@ -194,19 +199,6 @@ impl Tracker {
             covariance[(axis, axis)] += (AWAY * away).powi(2);
         }
         Some(covariance)
-    }
-
-    /// Returns whether what cameras see may be a body of revolution, whose spin no outline tells.
-    fn may_be_round(&self, hypothesis: &Hypothesis, views: &[View]) -> bool {
-        let (lever, least) = ROUND;
-        if self.lever(hypothesis) >= lever {
-            return false;
-        }
-        let differs = |view: &View| {
-            let radius_px = view.radius_px(&hypothesis.pose, self.target.solid.radius)?;
-            Some(unlike_mirrored(&view.look, radius_px) >= least)
-        };
-        !views.iter().any(|view| differs(view) == Some(true))
     }
 }
 
@@ -285,6 +277,7 @@ impl Target {
         self.outlined.is_adjusted = true;
         let known = numbers.iter().copied().zip(covariances.iter().copied());
         let are_sure = self.outlined.sure >= SURE_IN_A_ROW;
+        self.outlined.was_sure |= are_sure;
         self.outlined.known = if are_sure { known.collect() } else { Vec::new() };
         Some(last)
     }

@@ -27,7 +27,7 @@ from servoid.exchange.bags.geometry.pairing import (
     pairing_notes,
 )
 from servoid.exchange.bags.geometry.placing import Seat, lost_note, place_cameras
-from servoid.exchange.bags.names import TIME_TOPIC, WORLD
+from servoid.exchange.bags.names import TIME_TOPIC, WORLD, short_names
 from servoid.exchange.bags.stored.choosing import ImageTopic, choose
 from servoid.exchange.bags.stored.content import Content, Shot, scan
 from servoid.exchange.bags.stored.header import NS_PER_S
@@ -257,14 +257,10 @@ def _shots(content: Content, depth: ImageTopic | None) -> Sequence[Shot]:
 
 
 def _names(images: Sequence[ImageTopic]) -> list[str]:
-    """Name cameras by the last part of their namespaces, or by the whole if that is ambiguous."""
-    spaces = [image.camera.strip("/") or "camera" for image in images]
-    short = [space.rpartition("/")[2] for space in spaces]
-    if len(set(short)) == len(short):
-        return short
-    whole = [space.replace("/", "_") for space in spaces]
-    if len(set(whole)) == len(whole):
-        return whole
+    """Name cameras by their namespaces, or by their topics if these are ambiguous."""
+    names = short_names([image.camera for image in images])
+    if len(set(names)) == len(names):
+        return names
     return [image.topic.strip("/").replace("/", "_") for image in images]
 
 

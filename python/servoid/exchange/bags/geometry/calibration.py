@@ -1,7 +1,8 @@
 """Converts `sensor_msgs/CameraInfo` to lenses, for raw images and for rectified ones."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,6 +19,9 @@ _BROWN = ("plumb_bob", "rational_polynomial")
 _FISHEYE = ("equidistant", "fisheye")
 _MODELS = (*_BROWN, *_FISHEYE)
 _SAME_PX = 1e-3  # difference that numbers of one calibration may have between messages
+
+LEAST_BASELINE_M = 1e-6
+"""The least distance of two cameras that a calibration determines."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,14 @@ class Calibration:
             camera.lens, Pose.identity(), Pose.identity(), (0.0, 0.0), camera.rig_from_camera
         )
 
+    def from_other(self, other: "Calibration") -> Pose | None:
+        """Return the pose of the other camera of a pair in this one; None if there is no offset."""
+        across, down = (to - at for at, to in zip(self.shift_m, other.shift_m, strict=True))
+        if math.hypot(across, down) < LEAST_BASELINE_M:
+            return None
+        plane = Pose.from_parts((across, down, 0.0), (1.0, 0.0, 0.0, 0.0))
+        return self.rectified_from_camera.inverse() @ plane @ other.rectified_from_camera
+
 
 @dataclass(frozen=True)
 class SuppliedCamera:
@@ -67,17 +79,20 @@ class BagCalibrationSupplier(Protocol):
 
 @dataclass(frozen=True)
 class Info:
-    """The content of a CameraInfo, with the same names in ROS 1 and ROS 2."""
+    """The content of a CameraInfo, with the same names in ROS 1 and ROS 2.
 
-    frame: str
+    Zeros in `r` and `p` state that the camera's rectification is unknown.
+    """
+
     size_px: tuple[int, int]
     model: str
     d: tuple[float, ...]
     k: NDArray[np.float64]
-    r: NDArray[np.float64]
-    p: NDArray[np.float64]
-    binning: tuple[int, int]
-    offset_px: tuple[int, int]
+    r: NDArray[np.float64] = field(default_factory=lambda: np.zeros((3, 3)))
+    p: NDArray[np.float64] = field(default_factory=lambda: np.zeros((3, 4)))
+    binning: tuple[int, int] = (1, 1)
+    offset_px: tuple[int, int] = (0, 0)
+    frame: str = ""
 
     @classmethod
     def of(cls, message: Any, frame: str) -> "Info":

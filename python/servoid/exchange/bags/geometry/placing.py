@@ -6,14 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from servoid.errors import CaptureError
-from servoid.exchange.bags.geometry.calibration import Calibration
+from servoid.exchange.bags.geometry.calibration import LEAST_BASELINE_M, Calibration
 from servoid.exchange.bags.geometry.transforms import Transforms
 from servoid.exchange.bags.stored.choosing import ImageTopic
 from servoid.pose import Pose
 from servoid.words import counted, measured
 
 _LOOSE_M, _LOOSE_RAD = 2e-4, 1e-3  # apparent motion of cameras on a rig: TF has measurement errors
-_LEAST_BASELINE_M = 1e-6
 _APART = 0.05  # relative difference of two baselines that are not of the same calibration
 _APART_M = 1e-3
 _MM_PER_M = 1e3
@@ -139,7 +138,7 @@ def _disputed_baseline(
     by_tf = float(np.linalg.norm((rig_from_camera[0].inverse() @ rig_from_camera[1]).translation))
     by_shift = float(np.hypot(*second.calibration.shift_m))
     off = abs(by_tf - by_shift)
-    if by_shift < _LEAST_BASELINE_M or off <= max(_APART * max(by_tf, by_shift), _APART_M):
+    if by_shift < LEAST_BASELINE_M or off <= max(_APART * max(by_tf, by_shift), _APART_M):
         return ()
     return (
         f"the cameras of {first.image.topic} and {second.image.topic} are "
@@ -173,18 +172,15 @@ def _first_from(place: str, first: Seat, other: Seat) -> Pose:
     supplied = first.calibration.rig_from_camera, other.calibration.rig_from_camera
     if supplied[0] is not None and supplied[1] is not None:
         return supplied[0].inverse() @ supplied[1]
-    shifts = np.array([first.calibration.shift_m, other.calibration.shift_m])
-    across, down = shifts[1] - shifts[0]
-    if np.hypot(across, down) < _LEAST_BASELINE_M:
+    first_from_other = first.calibration.from_other(other.calibration)
+    if first_from_other is None:
         raise CaptureError(
             f"{place}: the pose of the camera of {other.image.topic} (frame "
             f"'{other.image.frame}') relative to that of {first.image.topic} (frame "
             f"'{first.image.frame}') is unknown: no TF, and no offset in P of their calibrations; "
             f"record /tf_static, or choose one of them with --topic"
         )
-    plane = Pose.from_parts((float(across), float(down), 0.0), (1.0, 0.0, 0.0, 0.0))
-    first_from_plane = first.calibration.rectified_from_camera.inverse()
-    return first_from_plane @ plane @ other.calibration.rectified_from_camera
+    return first_from_other
 
 
 def lost_note(lost: int, count: int) -> str:

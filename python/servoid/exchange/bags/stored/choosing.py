@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from servoid.errors import CaptureError
 from servoid.exchange.bags.geometry.calibration import CAMERA_INFO
-from servoid.exchange.bags.names import TIME_TOPIC
+from servoid.exchange.bags.names import TIME_TOPIC, without_transport
 from servoid.exchange.bags.stored.header import read_header
 from servoid.exchange.bags.stored.pixels import (
     COMPRESSED,
@@ -21,7 +21,6 @@ from servoid.exchange.bags.stored.reader import Bag
 _RANKS = ("image_raw", "image_color", "image", "image_rect_color", "image_rect_raw", "image_rect")
 _PAIRS = (("left", "right"), ("infra1", "infra2"), ("cam0", "cam1"), ("camera_0", "camera_1"))
 _COLORED = re.compile(r"color|colour|rgb", re.IGNORECASE)
-_TRANSPORT = re.compile(r"/(compressed|compressedDepth)$")
 _MOST_NAMED = 8
 
 
@@ -105,11 +104,11 @@ def _describe(bag: Bag, topic: str) -> ImageTopic | None:
     is_compressed = bag.kinds[topic] == COMPRESSED
     return ImageTopic(
         topic=topic,
-        base=_TRANSPORT.sub("", topic) if is_compressed else topic,
+        base=without_transport(topic) if is_compressed else topic,
         is_depth=is_of_depth,
         size_px=size,
         frame=read_header(bag, first).frame,
-        info_topic=_info_topic(bag, _TRANSPORT.sub("", topic) if is_compressed else topic),
+        info_topic=_info_topic(bag, without_transport(topic) if is_compressed else topic),
     )
 
 

@@ -5,6 +5,7 @@ from servoid.config.limits import (
     ARM_FILE,
     BAG_MESSAGE,
     BODY_FILE,
+    CALIBRATION_FILE,
     COLMAP_FILE,
     IMAGE_FILE,
     MOST_CAMERAS,
@@ -62,3 +63,4 @@ from servoid.config.reading import (
     unreadable,
 )
 from servoid.config.strict import check_version, convert, line_of, read_toml
+from servoid.config.yaml_reading import read_yaml

@@ -29,6 +29,9 @@ IMAGE_FILE = FileLimit("images, masks and depth images", 512 * _MIB)
 BAG_MESSAGE = FileLimit("messages of bags", 512 * _MIB)
 STREAM_IMAGE = FileLimit("images of a stream over HTTP", 64 * _MIB)
 SETTINGS_FILE = FileLimit("capture.toml and other TOML files", 4 * _MIB)
+CALIBRATION_FILE = FileLimit(
+    "calibrations by other programs", 1 * _MIB, "the calibration as its program writes it"
+)
 BODY_FILE = FileLimit(
     "bodies", 32 * _MIB, "a body, such as servoid model --out writes", suffixes=(".json",)
 )
@@ -44,6 +47,7 @@ FILE_LIMITS = (
     BAG_MESSAGE,
     STREAM_IMAGE,
     SETTINGS_FILE,
+    CALIBRATION_FILE,
     BODY_FILE,
     POSES_FILE,
     SCENE_FILE,
@@ -67,4 +71,4 @@ MOST_KEYS = 120
 """The maximum number of images that a scan chooses from a video."""
 
 MOST_NESTED = 32
-"""The maximum nesting depth of tables and lists in TOML and JSON."""
+"""The maximum nesting depth of tables and lists in TOML, JSON and YAML."""

@@ -117,7 +117,7 @@ def read_toml_text(path: Path, error: type[ServoidError]) -> tuple[dict[str, Any
     except (msgspec.DecodeError, ValueError) as reason:
         raise error(f"{path} is not valid TOML: {reason}") from reason
     except RecursionError as reason:
-        raise _too_deep(path, error) from reason
+        raise too_deep(path, error) from reason
     _check_depth(path, data, error)
     _check_numbers(path, data, error)
     return data, text
@@ -138,7 +138,7 @@ def read_json(path: Path, error: type[ServoidError], limit: FileLimit) -> Any:
         fault = json_fault(content, reason)
         raise error(f"{path} is not valid JSON: {fault}; give {limit.wanted}") from reason
     except RecursionError as reason:
-        raise _too_deep(path, error) from reason
+        raise too_deep(path, error) from reason
     _check_depth(path, data, error)
     repeated = repeated_key(content)
     if repeated is not None:
@@ -155,7 +155,7 @@ def _check_depth(path: Path, data: Any, error: type[ServoidError]) -> None:
         level = [inner for outer in level for inner in _inside(outer)]
         if not level:
             return
-    raise _too_deep(path, error)
+    raise too_deep(path, error)
 
 
 def _check_numbers(path: Path, data: Any, error: type[ServoidError]) -> None:
@@ -175,7 +175,8 @@ def _inside(data: Any) -> list[Any]:
     return [value for value in values if isinstance(value, (dict, list))]
 
 
-def _too_deep(path: Path, error: type[ErrorT]) -> ErrorT:
+def too_deep(path: Path, error: type[ErrorT]) -> ErrorT:
+    """Make the `error` that reports that a file is nested too deeply."""
     return error(
         f"{path} is nested too deeply: more than {MOST_NESTED} nested tables or lists; flatten it"
     )

@@ -4,57 +4,20 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
-
-import msgspec
 
 from servoid._native import Camera, Pose
 from servoid.brief import brief
 from servoid.camera import pinhole_lens
-from servoid.capture import LensEntry, Version, mounted_lenses, read_versioned
-from servoid.config import NEAR_M, SETTINGS_FILE, implausible, read_text
+from servoid.config import NEAR_M, implausible
 from servoid.errors import CaptureError, located
+from servoid.exchange import calibration_files
+from servoid.opening.calibration_file import Size, read_calibration
 from servoid.source import MountedCamera
-from servoid.words import counted, digits
+from servoid.words import digits
 
-Size = tuple[int, int]
 _RATE = "--rate"
 _ANY_FOV_DEG, _ANY_BASELINE_M = 60.0, 1.0  # where only the images matter
 _ANY_SIZE_PX = (640, 480)
-_MARKED = 4096  # first characters of another program's calibration, which show whose it is
-_TOOLS = {
-    "T_cn_cnm1": "Kalibr",
-    "distortion_coeffs": "Kalibr",
-    "opencv-matrix": "OpenCV",
-    "opencv_storage": "OpenCV",
-    "distortion_model": "ROS",
-    "camera_matrix": "ROS",
-    "Camera list with one line of data per camera": "COLMAP",
-    "<document": "Metashape",
-    "camera_angle_x": "nerfstudio",
-}
-
-
-class _CameraEntry(LensEntry, frozen=True, kw_only=True):
-    """Holds one [[camera]] table of a calibration; further keys of a capture or rig are ignored."""
-
-    images: Any = None
-    masks: Any = None
-    depths: Any = None
-    depth_scale_m: Any = None
-    device: Any = None
-    lock: Any = None
-    controls: Any = None
-
-
-class _CalibrationFile(msgspec.Struct, frozen=True, kw_only=True):
-    """Holds a calibration: a rig.toml or a capture.toml, of which only the cameras are used."""
-
-    version: Version
-    camera: Annotated[tuple[_CameraEntry, ...], msgspec.Meta(min_length=1)]
-    rate_hz: Any = None
-    metric: Any = None
-    rig: Any = None
 
 
 @dataclass(frozen=True)
@@ -79,7 +42,8 @@ class GivenCalibration:
 
     `fov_deg` is the angle of view from the left to the right border of the image, in degrees.
     `baseline_m` is the distance of the right one of two parallel cameras from the left one, in
-    metres. `calibration` is a TOML file with [[camera]] tables, such as a rig.toml. `rate_hz` is
+    metres. `calibration` is a TOML file with [[camera]] tables, such as a rig.toml, or one by
+    Kalibr, ROS or OpenCV; of two files the path is both names joined by a plus sign. `rate_hz` is
     the number of images per second where the source does not state it. With `is_any`, only the
     images matter, and cameras without a calibration may have any lens and pose.
 
@@ -132,6 +96,11 @@ class GivenCalibration:
         """Return whether a camera's lens is supplied, not only its pose or a rate."""
         return self.fov_deg is not None or self.calibration is not None
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Return the files of the calibration; none if there is no calibration file."""
+        return () if self.calibration is None else calibration_files(self.calibration)
+
     def given(self) -> list[str]:
         """List the options that were given."""
         values = {"--fov": self.fov_deg, "--baseline": self.baseline_m}
@@ -157,7 +126,7 @@ class GivenCalibration:
 
         """
         if self.calibration is not None:
-            return Rig(_calibrated(self.calibration, source, names, sizes_px))
+            return Rig(*read_calibration(self.files, source, names, sizes_px))
         fov_deg = _ANY_FOV_DEG if self.fov_deg is None and self.is_any else self.fov_deg
         if fov_deg is None or sizes_px is None:
             cameras = "its camera" if len(names) == 1 else "its cameras"
@@ -209,51 +178,6 @@ class GivenCalibration:
 def any_cameras(known: GivenCalibration) -> GivenCalibration:
     """Return the calibration for cameras without one, where only their images matter."""
     return replace(known, is_any=True)
-
-
-def _tool_of(path: Path) -> str | None:
-    """Return which other program wrote a calibration, if its first lines show it."""
-    try:
-        first = read_text(path, CaptureError, SETTINGS_FILE)[:_MARKED]
-    except CaptureError:
-        return None
-    return next((tool for mark, tool in _TOOLS.items() if mark in first), None)
-
-
-def _calibrated(
-    path: Path, source: str, names: Sequence[str], sizes_px: Sequence[Size] | None
-) -> tuple[MountedCamera, ...]:
-    """Return the cameras of a calibration, by name where names are equal, else in its order."""
-    try:
-        file, text = read_versioned(path, _CalibrationFile, "calibrations")
-    except CaptureError as error:
-        tool = _tool_of(path)
-        if tool is None:
-            raise
-        raise CaptureError(
-            f"{path} is a calibration by {tool}: write it as [[camera]] tables of TOML, with name, "
-            "size_px, model, focal_px, center_px, distortion and rig_from_camera; howto/lenses.md "
-            "has a table of the tools' names and orders, formats.md an example"
-        ) from error
-    lenses = mounted_lenses(path, file.camera, text)
-    if len(lenses) != len(names):
-        raise CaptureError(
-            f"{path} is of {counted(len(lenses), 'camera')}, but {source} has "
-            f"{len(names)}; give the calibration of those that took it"
-        )
-    pairs = list(zip(file.camera, lenses, strict=True))
-    if {entry.name for entry in file.camera} == set(names):
-        pairs.sort(key=lambda pair: names.index(pair[0].name))
-    for (entry, mounted), size_px in zip(pairs, sizes_px or (), strict=False):
-        if mounted.lens.size_px != tuple(size_px):
-            raise CaptureError(
-                f"{path}, camera '{entry.name}': size_px = {list(mounted.lens.size_px)}, but the "
-                f"images of {source} have {size_px[0]}x{size_px[1]} pixels; give the calibration "
-                "that was made for this size"
-            )
-    return tuple(
-        MountedCamera(entry.name, mounted.lens, mounted.rig_from_camera) for entry, mounted in pairs
-    )
 
 
 def remedies(count: int) -> str:

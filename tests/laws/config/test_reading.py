@@ -212,7 +212,9 @@ def test_the_page_of_errors_lists_every_limit() -> None:
     for limit in FILE_LIMITS:
         assert table[limit.what] == limit.text
     counts = {
-        "tables and lists of TOML and JSON inside each other, and parts of a key": MOST_NESTED,
+        "tables and lists of TOML, JSON and YAML inside each other, and parts of a key": (
+            MOST_NESTED
+        ),
         "cameras of a capture.toml, and of a bag": MOST_CAMERAS,
         "transforms of a bag": MOST_TRANSFORMS,
         "images that a scan chooses of a video": MOST_KEYS,

@@ -219,11 +219,9 @@ def test_a_calibration_says_how_a_bare_video_was_seen(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "tool"),
     [
-        ("cam0:\n  camera_model: pinhole\n  distortion_coeffs: [0, 0, 0, 0]\n", "Kalibr"),
-        ("image_width: 640\ncamera_name: left\ncamera_matrix:\n  rows: 3\n", "ROS"),
-        ("%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: 3\n", "OpenCV"),
         ("# Camera list with one line of data per camera:\n1 PINHOLE 640 480", "COLMAP"),
         ('<?xml version="1.0"?>\n<document version="2">\n', "Metashape"),
+        ('{"camera_angle_x": 0.7, "frames": []}', "nerfstudio"),
     ],
 )
 def test_a_calibration_of_another_program_is_named_with_what_to_do(

@@ -48,7 +48,7 @@ def run_model(order: ModelOrder) -> None:
     check_inputs_kept(
         [("--out", order.out), ("--report", order.report)],
         word,
-        [*files_of(targets), order.known.calibration],
+        [*files_of(targets), *order.known.files],
     )
     filmed = needs_scan(order.source, order.known, order.scale_options, order.topics)
     if not filmed and not word.is_live and order.method is Method.region:

@@ -57,7 +57,8 @@ Calibration = Annotated[
         "--calibration",
         metavar="FILE",
         help="A calibration file instead of these options: TOML with one camera table per "
-        "camera, such as a rig.toml or a capture.toml.",
+        "camera, such as a rig.toml or a capture.toml, or one by Kalibr, ROS or OpenCV; of two "
+        "files, left.yaml+right.yaml.",
         rich_help_panel=_CAMERAS,
     ),
 ]

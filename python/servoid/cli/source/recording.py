@@ -47,7 +47,7 @@ _UNSEATED = (
 def run_record(order: RecordOrder) -> None:
     """Record until the end or Ctrl-C, move the recording to its path, and print a summary."""
     word = parse_source(order.source)
-    check_inputs_kept([("--out", order.out)], word, [order.known.calibration])
+    check_inputs_kept([("--out", order.out)], word, order.known.files)
     if word.is_live:
         _check_live(order, word)
     else:

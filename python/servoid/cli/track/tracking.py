@@ -221,7 +221,7 @@ def _check_inputs_kept(order: TrackOrder, subjects: list[Subject], word: SourceW
     outputs += [("--report", folder) for folder in _report_folders(order, subjects)]
     outputs += [("--video", order.video), ("--mcap", order.mcap), ("--record", order.record)]
     targets = (target for subject in subjects for target in subject.targets)
-    inputs = [*map(body_path, order.bodies), *files_of(targets), order.known.calibration]
+    inputs = [*map(body_path, order.bodies), *files_of(targets), *order.known.files]
     check_inputs_kept(outputs, word, inputs)
 
 

@@ -21,6 +21,7 @@ from servoid.exchange import open_any
 from servoid.exchange.bags.writing import raw_observations, write_mcap_recording
 from servoid.exchange.shapes.cloud_file import read_cloud
 from servoid.exchange.shapes.mesh_file import read_mesh
+from servoid.opening import GivenCalibration
 from servoid.pose import Pose
 from servoid.record import read_trajectory
 from servoid.segment import parse_target
@@ -74,6 +75,15 @@ def _command(data: bytes, folder: Path) -> None:
             code = end.code
     if code not in (0, 1) or messages.getvalue().count("\n") > 1:
         raise RuntimeError(f"the command ended with {code} and said {messages.getvalue()!r}")
+
+
+def _read_calibration(path: Path) -> object:
+    """Read a calibration of another program; of ROS, with that of the other camera."""
+    given = path
+    if path.name == "right.yaml":
+        (path.parent / "left.yaml").write_bytes(corpus("left.yaml"))
+        given = path.parent
+    return GivenCalibration(calibration=given).rig("a", ("left", "right"), [(640, 480)] * 2)
 
 
 def _read_bag(path: Path) -> object:
@@ -177,6 +187,10 @@ TARGETS: dict[str, Target] = {
     "run.mcap": Target((_mcap(),), from_file("run.mcap", _read_bag), 2),
     "cameras.txt": Target((corpus("cameras.txt"),), _other_capture("cameras.txt", "images.txt"), 4),
     "images.txt": Target((corpus("images.txt"),), _other_capture("images.txt", "cameras.txt"), 4),
+    **{
+        name: Target((corpus(name),), from_file(name, _read_calibration))
+        for name in ("camchain.yaml", "right.yaml", "stereo.yml")
+    },
     "body.json": Target((corpus("body.json"),), from_file("body.json", load_body)),
     "rig.toml": Target((corpus("rig.toml"),), from_file("rig.toml", read_rig)),
     "servo.toml": Target((corpus("servo.toml"),), from_file("servo.toml", read_settings)),

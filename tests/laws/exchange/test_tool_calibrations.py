@@ -17,6 +17,7 @@ from tool_calibrations import (
     matrix_of,
     opencv_lenses,
     opencv_poses,
+    rectified,
     ros,
     write,
     write_opencv,
@@ -159,6 +160,23 @@ def test_a_pair_rounded_as_ros_writes_it_is_within_its_rounding(tmp_path: Path) 
     found = read(tmp_path)
     off = found.cameras[1].rig_from_camera @ RIGHT_FROM_LEFT
     assert 1e-10 < np.abs(off.log()).max() < 1e-6
+
+
+def test_cameras_of_ros_have_the_last_part_of_their_names_or_those_of_their_files(
+    tmp_path: Path,
+) -> None:
+    of_left, of_right = rectified(*PAIRS["five numbers"], RIGHT_FROM_LEFT)
+    for names, expected in (
+        (("stereo/left", "stereo/right"), ["left", "right"]),
+        (("stereo", "stereo"), ["a", "b"]),
+        ((7, 8), ["7", "8"]),
+        ((None, ".."), ["a", "b"]),
+    ):
+        for file, name, seen in zip("ab", names, (of_left, of_right), strict=True):
+            content = ros(LENSES["five numbers"], "", seen) | {"camera_name": name}
+            write(tmp_path / f"{file}.yaml", content)
+        found = read(Path(f"{tmp_path}/a.yaml+{tmp_path}/b.yaml"))
+        assert [camera.name for camera in found.cameras] == expected
 
 
 @pytest.mark.parametrize("ending", ["yml", "json"])

@@ -85,6 +85,16 @@ def test_a_calibration_of_two_files_is_not_written_over(
     assert second.read_text() == before
 
 
+def test_a_scan_does_not_replace_the_folder_of_its_calibration(
+    drawn: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    write_ros_pair(tmp_path, EYE, EYE, RIGHT_FROM_LEFT)
+    left = tmp_path / "left.yaml"
+    ended = servoid_command("scan", drawn / "bare", "--calibration", left, "--out", tmp_path)
+    assert ended.code == 2 and "is replaced as a whole" in " ".join(ended.err.split())
+    assert left.exists()
+
+
 def test_the_help_names_the_tools_whose_calibrations_are_read(servoid_command: Command) -> None:
     for command in ("track", "model", "scan"):
         shown = " ".join(servoid_command(command, "--help").out.replace("│", " ").split())

@@ -37,7 +37,7 @@ def scanned(order: ScanOrder, wanted: Sequence[str] = ()) -> Scan:
 
     base = _request(order, wanted)
     word = parse_source(order.source)
-    check_inputs_outside(("--out", order.out), [*word.places, order.masks])
+    check_inputs_outside(("--out", order.out), [*word.places, order.masks, *order.known.files])
     filmed = open_filmed(word, order.known, topics=order.topics)
     with progress_bar("scanning") as update:
         request = replace(

@@ -10,6 +10,7 @@ from servoid.capture.capture_file import (
     MountedLens,
     Row,
     Version,
+    check_reach,
     mounted_lenses,
     read_versioned,
 )

@@ -186,7 +186,7 @@ def _check_names(path: Path, names: Sequence[str]) -> None:
 
 def _read_lens(entry: LensEntry, place: str, pose_line: int | None) -> MountedLens:
     focal_px, middle_px = _focal_and_middle(entry, place)
-    _check_reach(place, focal_px, entry.center_px or middle_px)
+    check_reach(place, focal_px, entry.center_px or middle_px)
     lens = make_lens(
         place,
         model=entry.model,
@@ -202,8 +202,13 @@ def _read_lens(entry: LensEntry, place: str, pose_line: int | None) -> MountedLe
         return MountedLens(lens, Pose(np.array(entry.rig_from_camera, dtype=np.float64)))
 
 
-def _check_reach(place: str, focal_px: Sequence[float], center_px: Sequence[float]) -> None:
-    """Refuse numbers that no calibration has; the core accepts any, but images are then useless."""
+def check_reach(place: str, focal_px: Sequence[float], center_px: Sequence[float]) -> None:
+    """Refuse numbers that no calibration has; the core accepts any, but images are then useless.
+
+    Raises:
+        CameraError: a focal length or the principal point is out of range.
+
+    """
     least, most = _FOCAL_PX
     if any(0.0 < focal < least or focal > most for focal in focal_px):
         raise CameraError(

@@ -147,6 +147,10 @@ FAULTS: dict[str, tuple[Callable[[], dict[str, Any]], Damage, str]] = {
         r"intrinsics: \[0.5, 400, 400, 320, 240\] are not the four of a pinhole camera: fu, fv",
     ),
     "a focal length of zero": (chain, at("cam0", "intrinsics", 0, value=0.0), "cam0: .*focal"),
+    "a far focal length": (
+        chain, at("cam0", "intrinsics", 1, value=1e12), "cam0: a focal .*, 1000000000000.0"
+    ),
+    "a far middle": (pair, at("M2", "data", 2, value=1e11), "right: the principal point must be"),
     "three numbers": (
         chain, at("cam1", "distortion_coeffs", value=[0.1, 0.1, 0.0]),
         "cam1, distortion_coeffs: 3 numbers were given; 'equi' has 4",
@@ -248,6 +252,17 @@ def test_one_file_of_a_pair_is_told_to_be_one_of_two(tmp_path: Path) -> None:
     write_opencv(tmp_path / "one.yml", sample)
     with pytest.raises(ServoidError, match="has 2; of a pair, give a file with M1, D1, M2"):
         cameras_of(tmp_path / "one.yml")
+
+
+@pytest.mark.parametrize("tool", ["ROS", "OpenCV"])
+def test_the_lens_of_one_camera_is_checked_as_that_of_several(tool: str, tmp_path: Path) -> None:
+    content = ros(LENS)
+    content["camera_matrix"]["data"][0] = 1e12
+    if tool == "OpenCV":
+        content = {key: content[key] for key in ("camera_matrix", "distortion_coefficients")}
+    path = write(tmp_path / "one.yaml", content)
+    with pytest.raises(ServoidError, match=r"one\.yaml, .*: a focal length must be a positive num"):
+        cameras_of(path, ("camera",))
 
 
 def test_files_that_do_not_belong_together_are_refused(tmp_path: Path) -> None:

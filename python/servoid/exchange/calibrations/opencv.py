@@ -84,7 +84,8 @@ def _one(place: str, data: dict[str, Any], sizes_px: Sequence[Size] | None) -> T
     keys = f"{place}, {_ONE}", f"{place}, distortion_coefficients"
     lens = _lens(keys, (given.matrix, given.distortion), size_px, given)
     more = f"of a pair, give a file with {', '.join((*_LENSES, *_POSES))}"
-    return ToolCalibration((MountedCamera("camera", lens, Pose.identity()),), notes, more)
+    camera = MountedCamera("camera", lens, Pose.identity())
+    return ToolCalibration(checked(place, (camera,)), notes, more)
 
 
 def _pair(place: str, data: dict[str, Any], sizes_px: Sequence[Size] | None) -> ToolCalibration:

@@ -68,7 +68,7 @@ def read_ros(paths: Sequence[Path], contents: Sequence[dict[str, Any]]) -> ToolC
     first = MountedCamera(names[0], found[0].lens, Pose.identity())
     if len(found) == 1:
         more = "of a pair, give both files, such as --calibration left.yaml+right.yaml"
-        return ToolCalibration((first,), more=more)
+        return ToolCalibration(checked(str(paths[0]), (first,)), more=more)
     first_from_second = found[0].from_other(found[1])
     if first_from_second is None:
         raise CaptureError(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Pose
+from servoid.capture import check_reach
 from servoid.config import MOST_CAMERAS, NEAR_M, implausible, name_fault
 from servoid.errors import CaptureError, located
 from servoid.source import MountedCamera
@@ -78,20 +79,24 @@ def distinct_names(names: Sequence[str], otherwise: Sequence[str]) -> list[str]:
 
 
 def checked(
-    place: str, cameras: Sequence[MountedCamera], lengths: str, cure: str
+    place: str, cameras: Sequence[MountedCamera], lengths: str = "", cure: str = ""
 ) -> tuple[MountedCamera, ...]:
-    """Check the number of cameras, and that they are as near each other as those of a rig.
+    """Check the number of cameras, their lenses, and that they are as near as those of a rig.
 
-    `lengths` is the key of the poses, and `cure` how to correct a length in another unit.
+    `lengths` is the key of the poses of several cameras, and `cure` how to correct a length in
+    another unit.
 
     Raises:
         CaptureError: there are too many cameras, or two are too far from each other.
+        CameraError: a focal length or a principal point is that of no calibration.
 
     """
     if len(cameras) > MOST_CAMERAS:
         raise CaptureError(
             f"{place} names {len(cameras)} cameras; at most {MOST_CAMERAS} are allowed"
         )
+    for camera in cameras:
+        check_reach(f"{place}, {camera.name}", camera.lens.focal_px, camera.lens.center_px)
     for before, camera in pairwise(cameras):
         away_m = apart_m(before, camera)
         distance = f"{place}, {lengths}: the distance of {camera.name} from {before.name}"

@@ -13,7 +13,7 @@ from servoid.sim.world.arms.calibration import Calibration
 from servoid.sim.world.arms.encoders import Encoders
 from servoid.sim.world.arms.joint_servos import JointServos
 from servoid.sim.world.arms.kinematics import Kinematics
-from servoid.sim.world.arms.own_weight import check_strength
+from servoid.sim.world.arms.own_weight import at_rest, check_strength
 from servoid.sim.world.arms.protective_stop import ProtectiveStop, stop_torques
 from servoid.sim.world.arms.sim_arm import SimArm
 from servoid.sim.world.cameras.camera_simulator import (
@@ -37,6 +37,7 @@ from servoid.sim.world.scene.layout import Layout
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.room import make_room
 from servoid.sim.world.scene.solids import Solids, add_solids
+from servoid.sim.world.scene.start_contact import check_free
 from servoid.sim.world.scene.true_object import TrueObject, true_object
 from servoid.sim.world.scene.visuals import BOARD, OBJECT, Box, Finish, Visual
 from servoid.sim.world.settings import WorldSettings
@@ -64,7 +65,7 @@ class World:
 
         Raises:
             SimError: a setting names what does not exist, or is out of its range, or the arm's
-                motors do not carry its weight.
+                motors do not carry its weight, or it starts in contact.
             MissingExtraError: MuJoCo is not installed.
 
         """
@@ -90,6 +91,8 @@ class World:
         solids = Solids(model, kinematics, start)
         plant, known = build_plant(robot, model, lab, solids, visuals)
         check_strength(robot, plant, start, settings.arm.name)
+        first = row_of(self._timeline.world_from_object_at(0.0))
+        check_free(plant, at_rest(robot, plant, start), solids, first, settings.arm.name)
         thresholds = stop_torques(robot, model, start, settings.arm.stop_torque)
         protection = ProtectiveStop(thresholds, settings.physics.step_s)
         self._servos = JointServos(robot, model, kinematics, start, plant, protection, known=known)

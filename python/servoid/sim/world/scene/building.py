@@ -114,7 +114,10 @@ def start_angles(robot: Robot, kinematics: Kinematics, settings: WorldSettings) 
     chosen = given is not None and len(given) == len(robot.servos)
     if robot.turns_eyes and settings.arm.eyes_on_object and not chosen:
         place = np.array(settings.object.hand_from_object[4:])
-        start[robot.hand_count :] = fixation(robot.half_baseline, place, np.zeros(3)).angles
+        eyes = robot.servos[robot.hand_count :]
+        lower, upper = [eye.lower for eye in eyes], [eye.upper for eye in eyes]
+        wanted = fixation(robot.half_baseline, place, np.zeros(3)).angles
+        start[robot.hand_count :] = np.clip(wanted, lower, upper)
     return start
 
 

@@ -15,6 +15,8 @@ from servoid.sim.world.scene.visuals import ROOM, Box, Capsule, Cylinder, Ellips
 
 _THIN = 0.005  # m: thinner shapes lie on others and are ignored
 _NEIGHBOURS = 0.03  # m: parts nearer than this at the start count as joined
+_IN_ROOM, _IN_ARM = 0.002, 0.02  # m: how deep parts may intersect; those of a wrist are crowded
+_POSTURES = 200  # in which it is sought whether parts come apart
 
 
 def add_solids(spec: Any, visuals: Iterable[Visual]) -> None:
@@ -51,7 +53,9 @@ class Solids:
     """Computes distances between parts of an arm and its room.
 
     Parts that the hand's joints do not move relative to each other, links of the same joint, and
-    parts that nearly touch at the start are neighbours, whose distance is not monitored.
+    parts that nearly touch at the start are neighbours, whose distance is not monitored. Those that
+    intersect at the start, and not in every posture, are `intersecting`: the numbers of two geoms,
+    and the depth in m.
     """
 
     def __init__(self, model: Any, kinematics: Kinematics, start: Floats) -> None:
@@ -65,9 +69,14 @@ class Solids:
         moved = self._ranks()[model.geom_bodyid] > 0
         self.of_arm: list[int] = [one for one in self._solid() if moved[one]]
         self._place(start)
-        near = [
-            self._distance(one, other, _NEIGHBOURS)[0] < _NEIGHBOURS for one, other in self._pairs
+        distances = [self._distance(one, other, _NEIGHBOURS)[0] for one, other in self._pairs]
+        deep = [
+            (int(one), int(other), -distance)
+            for (one, other), distance in zip(self._pairs, distances, strict=True)
+            if distance < -(_IN_ARM if moved[[one, other]].all() else _IN_ROOM)
         ]
+        self.intersecting: list[tuple[int, int, float]] = self._parting(deep)
+        near = [distance < _NEIGHBOURS for distance in distances]
         self._pairs = self._pairs[~np.array(near, np.bool_)]
         self._pairs = np.where(self._flat[self._pairs[:, 1:]], self._pairs[:, ::-1], self._pairs)
 
@@ -101,6 +110,20 @@ class Solids:
                 # Parts of the room, and links of the same joint.
                 if a != b and (a == 0 or b - a > 1):
                     yield one, other
+
+    def _parting(self, pairs: list[tuple[int, int, float]]) -> list[tuple[int, int, float]]:
+        """Return those of intersecting geoms that are apart in another posture.
+
+        Others, such as a joint's drum in its base, are drawn inside each other.
+        """
+        if not pairs:
+            return []
+        random, joints = np.random.default_rng(0), self._kinematics.joints
+        parted: set[tuple[int, int]] = set()
+        for _ in range(_POSTURES):
+            self._place(random.uniform(joints.lower, joints.upper))
+            parted |= {(a, b) for a, b, _ in pairs if self._distance(a, b, _IN_ROOM)[0] > 0.0}
+        return [pair for pair in pairs if pair[:2] in parted]
 
     def _ranks(self) -> NDArray[np.int64]:
         """Return how many of the hand's joints move each body, (B,)."""

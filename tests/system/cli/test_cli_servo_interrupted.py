@@ -4,6 +4,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import NoReturn
 
+import numpy as np
 import pytest
 
 from conftest import Command, everything_in
@@ -17,7 +18,8 @@ from servo_trials import small_settings
 
 from servoid.cli.servo import servoing
 from servoid.cli.servo.servo_order import Order
-from servoid.sim.trial import trial_toml
+from servoid.exchange.bags.writing import McapRun
+from servoid.sim.trial import TrialStep, trial_toml
 from servoid.sim.world import World
 
 SHORT = {"run.seconds": 1.0, "run.settle_s": 0.5, "servo.look.count": 1}
@@ -124,3 +126,62 @@ def test_an_interrupted_run_leaves_nothing_of_an_earlier_one_in_its_folder(
         "left-00-mask",
         "right-00",
     }
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("kind", ["mcap", "video"])
+def test_a_second_interrupt_while_a_recording_is_closed_says_that_it_is_lost(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    def press(*_: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    if kind == "mcap":
+        pytest.importorskip("rosbags", reason="recordings with ROS messages need rosbags")
+        monkeypatch.setattr(McapRun, "close", press)
+        options, name, other = ("--mcap", "--no-video"), "run.mcap", "servo.mp4"
+    else:
+        monkeypatch.setattr(servoing.ServoVideo, "__exit__", press)
+        options, name, other = (), "servo.mp4", "run.mcap"
+    interrupt_at(monkeypatch, "servoing", 0.1)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT)))
+    outcome = servoid_command("servo", "--config", config, "--out", out, *options)
+    assert outcome.code == 130
+    assert outcome.err.endswith(
+        f" of 1 s of servoing; {name} could not be completed, and nothing is left of it\n"
+    )
+    assert other not in outcome.err
+    assert not (out / name).exists()
+    assert (out / "log.csv").is_file()
+
+
+@pytest.mark.extended
+def test_a_simulation_that_becomes_unstable_ends_the_run_and_loses_nothing(
+    servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("rosbags", reason="recordings with ROS messages need rosbags")
+    watch = servoing._Run.watch
+
+    def watching(run: servoing._Run, step: TrialStep) -> None:
+        watch(run, step)
+        if step.stage == "servoing" and step.share >= 0.4 and run._world is not None:
+            run._world._servos._data.qvel[2] = np.nan
+
+    monkeypatch.setattr(servoing._Run, "watch", watching)
+    monkeypatch.chdir(tmp_path)
+    config, out = tmp_path / "small.toml", tmp_path / "run"
+    config.write_text(trial_toml(small_settings(SHORT)))
+    outcome = servoid_command("servo", "--config", config, "--out", out, "--mcap")
+    assert outcome.code == 1
+    error = outcome.err.splitlines()[-1]
+    assert error.startswith("error: the simulation became unstable at ")
+    assert "joint 's3'" in error and "lower world.physics.step_s" in error
+    assert error.endswith(f"; {out} holds the run until then")
+    assert 40 < len((out / "log.csv").read_text().splitlines()) < 70
+    for name in ("run.mcap", "servo.mp4", "report.html", "summary.json"):
+        assert (out / name).stat().st_size > 100, name
+    ended = "ended after 0.4"
+    assert ended in outcome.out.replace("\n", " ")
+    assert ended in (out / "report.html").read_text().replace("\N{NO-BREAK SPACE}", " ")
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()

@@ -19,7 +19,7 @@ from servoid.cli.servo.leftovers import FILM, PICTURE, RECORDING, RUN_FILES, rem
 from servoid.cli.servo.recorded_path import GivenPath, read_path, recorded_file
 from servoid.cli.servo.servo_order import Order
 from servoid.cli.servo.servo_summary import print_servo_summary
-from servoid.errors import DoubtError, TargetError
+from servoid.errors import DoubtError, ServoError, ServoidError, SimError, TargetError
 from servoid.exchange.bags.writing import McapRun, ObjectState, RunRig, mcap_run
 from servoid.output import check_folder, claimed, make_folder, write_whole
 from servoid.record import (
@@ -57,6 +57,8 @@ _BEFORE_S = {
     "taking place": 0.4,
 }
 
+_Cause = KeyboardInterrupt | ServoidError | None  # of the end of a run while servoing
+
 
 def run_servo(order: Order) -> None:
     """Run in a folder that no other run writes into, write the results, and print a summary."""
@@ -82,13 +84,22 @@ def run_servo(order: Order) -> None:
 def _run_and_report(
     order: Order, folder: Path, settings: TrialSettings, given: GivenPath, before: FolderBefore
 ) -> None:
-    """Run, and write the results even if the run was interrupted."""
-    trial, stopped = _servoed(order, folder, settings, given, before)
-    ending = _ending(trial) if stopped else None
+    """Run, and write the results even if the run was interrupted or ended by an error.
+
+    Raises:
+        ServoError: it ended by an error while servoing.
+
+    """
+    trial, cause = _servoed(order, folder, settings, given, before)
+    ending = None if cause is None else _ending(trial, cause) + _lacking(order, folder)
     try:
         _report(folder, trial, ending)
     except KeyboardInterrupt:
         _end_interrupted(after_servoing(folder))
+    if isinstance(cause, ServoidError):
+        raise ServoError(
+            f"{cause}; {folder} holds the run until then{_lacking(order, folder)}"
+        ) from cause
     if ending is not None:
         _end_interrupted(ending)
 
@@ -101,8 +112,8 @@ def _mask_file(settings: TrialSettings) -> list[Path]:
 
 def _servoed(
     order: Order, folder: Path, settings: TrialSettings, given: GivenPath, before: FolderBefore
-) -> tuple[ServoTrial, bool]:
-    """Run, with video and recording; return also whether it was interrupted while servoing.
+) -> tuple[ServoTrial, _Cause]:
+    """Run, with video and recording; return also what ended it while servoing.
 
     Raises:
         Exit: it was interrupted before.
@@ -113,17 +124,17 @@ def _servoed(
         with ExitStack() as stack, progress_bar("servo run") as update:
             run = _Run(folder, settings.run.seconds, update)
             return _trial(run, stack, order, settings, given)
-    except KeyboardInterrupt:  # also while video and recording are closed
+    except KeyboardInterrupt as interrupt:  # also while video and recording are closed
         if run is None or run.trial is None:
             replaces = run is not None and run.replaces
             _end_interrupted(before.after_no_servoing(replaces=replaces))
-        return run.trial, True
+        return run.trial, interrupt
 
 
 def _trial(
     run: "_Run", stack: ExitStack, order: Order, settings: TrialSettings, given: GivenPath
-) -> tuple[ServoTrial, bool]:
-    """Run; an interrupt while servoing ends the run, and completes video and recording."""
+) -> tuple[ServoTrial, _Cause]:
+    """Run; what ends the run while servoing completes video and recording."""
     try:
         trial = run_servo_trial(
             settings,
@@ -133,17 +144,17 @@ def _trial(
             prepared=lambda world: run.prepare(world, stack, order),
             watch=run.watch,
         )
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SimError, ServoError) as cause:
         if run.trial is None:
             raise
-        return run.trial, True
+        return run.trial, cause
     except DoubtError as doubt:
         picture = run.folder / PICTURE
         write_whole(picture, draw_answers(doubt.image, doubt.masks))
         raise TargetError(
             f"{doubt}; {picture} shows the candidates, and --trust-target uses the first"
         ) from doubt
-    return trial, False
+    return trial, None
 
 
 def _end_interrupted(message: str) -> NoReturn:
@@ -151,10 +162,23 @@ def _end_interrupted(message: str) -> NoReturn:
     raise typer.Exit(INTERRUPTED)
 
 
-def _ending(trial: ServoTrial) -> str:
-    """Describe when a run was interrupted."""
-    done_s = max(trial.log.times, default=0.0)
-    return f"interrupted after {done_s:.2f} of {trial.settings.run.seconds:g} s of servoing"
+def _ending(trial: ServoTrial, cause: KeyboardInterrupt | ServoidError) -> str:
+    """Describe when a run was interrupted, or ended by which error."""
+    done_s, seconds = max(trial.log.times, default=0.0), trial.settings.run.seconds
+    done = f"after {done_s:.2f} of {seconds:g} s of servoing"
+    if isinstance(cause, ServoidError):
+        return f"ended {done} by an error: {cause}"
+    return f"interrupted {done}"
+
+
+def _lacking(order: Order, folder: Path) -> str:
+    """Name what was requested and is lost, as after an interrupt while it was completed."""
+    wanted = [name for name, is_on in ((RECORDING, order.mcap), (FILM, order.video)) if is_on]
+    lost = [name for name in wanted if not (folder / name).is_file()]
+    if not lost:
+        return ""
+    left = "it" if len(lost) == 1 else "them"
+    return f"; {' and '.join(lost)} could not be completed, and nothing is left of {left}"
 
 
 def share_of_run(stage: str, share: float, seconds: float) -> float:

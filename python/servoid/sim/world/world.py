@@ -33,6 +33,7 @@ from servoid.sim.world.events.timeline import Timeline
 from servoid.sim.world.lab import Lab
 from servoid.sim.world.objects import make_object, spin_axis
 from servoid.sim.world.scene.building import build_plant, build_robot, compile_robot, start_angles
+from servoid.sim.world.scene.engine import without_warnings
 from servoid.sim.world.scene.layout import Layout
 from servoid.sim.world.scene.meshes import as_mesh
 from servoid.sim.world.scene.room import make_room
@@ -262,10 +263,19 @@ class World:
 def _advance(
     servos: JointServos, timeline: Timeline, source: CameraSimulator, steps: int, velocities: Floats
 ) -> None:
-    """Simulate one control period of a number of steps."""
-    for _ in range(steps):
-        servos.step(velocities, row_of(timeline.world_from_object_at(servos.time_s)))
+    """Simulate one control period of a number of steps.
+
+    Raises:
+        SimError: the physics became unstable; later commands move nothing.
+
+    """
+    before = servos.instability
+    with without_warnings():
+        for _ in range(steps):
+            servos.step(velocities, row_of(timeline.world_from_object_at(servos.time_s)))
     source.expose()
+    if before is None and servos.instability is not None:
+        raise servos.instability
 
 
 def _board(settings: WorldSettings) -> list[Visual]:

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from servoid.errors import SimError
 from servoid.pose import Floats, exact
 from servoid.sim.world.arms.kinematics import Kinematics
 from servoid.sim.world.arms.protective_stop import ProtectiveStop
 from servoid.sim.world.arms.robot import Robot
+from servoid.sim.world.arms.stability import Stability
 from servoid.sim.world.scene.contacts import greatest_force
 from servoid.sim.world.scene.engine import load_mujoco
 
@@ -22,7 +24,8 @@ class JointServos:
     Each joint's speed follows the command with a first-order lag, within its acceleration, speed
     and torque limits, and it brakes before its position limits. The torques are computed with a
     `model` of the arm; if the true arm, the `plant`, differs, the servos correct the speed errors.
-    External torques stop the arm.
+    External torques stop the arm. When its physics become unstable, which `instability`
+    then says, it stays where it was.
     """
 
     def __init__(
@@ -51,6 +54,8 @@ class JointServos:
         self._lower = np.array([servo.lower for servo in robot.servos])
         self._upper = np.array([servo.upper for servo in robot.servos])
         self._data.qpos[self._places] = start
+        self._stability = Stability(plant, self._data)
+        self.instability: SimError | None = None
         self._corrections = None if known else self._settled(start)
         self._steps = 0
         self._went: deque[Floats] = deque([start.copy()], maxlen=int(_REMEMBERED_S / step))
@@ -89,8 +94,18 @@ class JointServos:
         """Simulate one physics step with commanded joint speeds (N,) in rad/s.
 
         The object is at a pose (7,) meanwhile. After a protective stop the joints brake, regardless
-        of the command.
+        of the command; once the physics are unstable, they rest.
         """
+        self._steps += 1
+        if self.instability is None:
+            angles = self.positions
+            self._simulate(velocities, world_from_object)
+            if self._stability.is_lost:
+                self.instability = self._stability.error(self.time_s)
+                self._data.qpos[self._places], self._data.qvel[:] = angles, 0.0
+        self._went.append(self.positions)
+
+    def _simulate(self, velocities: Floats, world_from_object: Floats) -> None:
         data = self._data
         data.mocap_quat[0], data.mocap_pos[0] = world_from_object[:4], world_from_object[4:]
         self._mujoco.mj_step1(self._plant, data)
@@ -104,8 +119,6 @@ class JointServos:
         self._mujoco.mj_step2(self._plant, data)
         off = (data.qvel - before) / self.step_s - wanted
         self.protection.see(self._unexplained(off, needed))
-        self._steps += 1
-        self._went.append(self.positions)
 
     def positions_at(self, time_s: float) -> Floats:
         """Return the angles (N,) at a time within the last second, between two physics steps."""

@@ -77,6 +77,7 @@ class SimArm:
 
         Raises:
             ServoError: there are not N velocities, or one of them is not finite.
+            SimError: the simulated physics became unstable; from then on the arm rests.
 
         """
         self._advance(self._checked(velocities, "speeds"))

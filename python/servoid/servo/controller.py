@@ -50,7 +50,8 @@ class Command:
     `velocities` (N,) are joint speeds in rad/s. `twist` (6,) is the corresponding hand velocity in
     the world, `hand_from_goal` the pose error, `world_from_object` the predicted present pose of
     the object, and `gaze` (3,) the desired angles of tilt, left and right pan. `holding` contains
-    the reasons why the hand is held, `limiting` those that limit its motion.
+    the reasons why the hand is held, `limiting` those that limit its motion. `late_s` is the
+    measured lag of joints that are later than `joints.reaction_s` allows for, otherwise 0.
     """
 
     velocities: Floats
@@ -60,6 +61,7 @@ class Command:
     gaze: Floats | None = None
     holding: frozenset[Reason] = frozenset()
     limiting: frozenset[Reason] = frozenset()
+    late_s: float = 0.0
 
 
 class Controller:
@@ -78,7 +80,8 @@ class Controller:
         self._settings = settings = settings or ServoSettings()
         self._target = TargetFilter(settings.target)
         self._supervisor = SafetySupervisor(settings.safety, self._target)
-        self._watch = ArmWatch(settings.safety, arm.period_s, len(arm.joints.names))
+        count, reaction_s = len(arm.joints.names), settings.joints.reaction_s
+        self._watch = ArmWatch(settings.safety, arm.period_s, count, reaction_s)
         self._confirming = Confirming(arm.joints, arm.period_s)
         self._pace = Pace(arm.period_s)
         self._bounds = PacedBounds(arm, settings)
@@ -220,7 +223,7 @@ class Controller:
             target,
             limited.velocities,
             hand_from_goal=hand_from_goal.pose,
-            limiting=limited.reasons | stuck | untrue | self._pace.limiting,
+            limiting=limited.reasons | stuck | untrue | self._pace.limiting | self._watch.limiting,
         )
 
     def _hand_twist(
@@ -282,7 +285,8 @@ class Controller:
             return self._stop(now.state, Reason.NOT_FINITE)
         self._previous = self._last_command(now, velocities, twist)
         place = None if target is None else target.world_from_object
-        return Command(velocities.copy(), twist, hand_from_goal, place, angles, holding, limiting)
+        told = hand_from_goal, place, angles, holding, limiting, self._watch.late_s
+        return Command(velocities.copy(), twist, *told)
 
     def _last_command(self, now: Now, velocities: Floats, twist: Floats) -> LastCommand:
         """Return the part of a command that the next one needs."""
@@ -317,7 +321,8 @@ class Controller:
             return None
         self._supervisor.advance(state.time_s, stopped=state.stopped)
         self._pace.see(state.time_s)
-        self._bounds = self._bounds.at(self._arm, self._settings, self._pace)
+        late_s = self._watch.late_s
+        self._bounds = self._bounds.at(self._arm, self._settings, self._pace, late_s)
         velocities = np.asarray(state.velocities, np.float64)
         command = self._previous
         commanded = np.zeros(len(velocities)) if command is None else command.velocities

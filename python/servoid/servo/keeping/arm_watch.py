@@ -6,12 +6,12 @@ import numpy as np
 
 from servoid.pose import Floats
 from servoid.servo.arm import JointState
+from servoid.servo.keeping.joint_lag import STEP_S, WINDOW, JointLag
 from servoid.servo.keeping.limits import JITTER
 from servoid.servo.keeping.safety import Reason
 from servoid.servo.settings import SafetySettings
 
 _STILL_RAD = 1e-3  # between two states of joints at rest
-_STEP_S = 0.025  # between the times at which both motions are kept
 _SPANS = (10, 40, 160)  # steps over which motions are compared: sudden faults, and slow creeping
 
 
@@ -22,9 +22,13 @@ class ArmWatch:
     `resume`, or until the arm reports a stop of its own: joints at rest would show no fault.
     """
 
-    def __init__(self, settings: SafetySettings, period_s: float, count: int) -> None:
+    def __init__(
+        self, settings: SafetySettings, period_s: float, count: int, reaction_s: float = np.inf
+    ) -> None:
+        """Take the number of joints, and the lag in s for which their bounds allow."""
         self._stale_s, self._period_s = settings.stale_s, period_s
-        self._motions = _Motions(settings, count)
+        self._lag = JointLag(reaction_s)
+        self._motions = _Motions(settings, count, self._lag)
         self._stamp_s = -np.inf
         self._repeats = 0  # control periods since the time stamp advanced
         self._disobeys = False
@@ -36,6 +40,16 @@ class ArmWatch:
             return Reason.DISOBEYED
         is_late = self._repeats * self._period_s > self._stale_s
         return Reason.STALE if is_late and self._repeats > 1 else None
+
+    @property
+    def late_s(self) -> float:
+        """Return the lag in s of joints that are later than their bounds allow, otherwise 0."""
+        return self._lag.late_s
+
+    @property
+    def limiting(self) -> frozenset[Reason]:
+        """Return what is to be told of joints that are late."""
+        return frozenset({Reason.LAGGING}) if self._lag.late_s > 0.0 else frozenset()
 
     def see(self, state: JointState, velocities: Floats) -> bool:
         """Process a finite state, and return whether the hand may move.
@@ -68,10 +82,10 @@ class _Motions:
     same length that ended at most that time ago. So it is between the least and the greatest.
     """
 
-    def __init__(self, settings: SafetySettings, count: int) -> None:
-        self._count = count
+    def __init__(self, settings: SafetySettings, count: int, lag: JointLag) -> None:
+        self._count, self._measured = count, lag
         self._off, self._share = settings.joint_off, settings.joint_share
-        self._lag = ceil(settings.joint_lag_s / _STEP_S)
+        self._lag = ceil(settings.joint_lag_s / STEP_S)
         self._kept = self._lag + max(_SPANS) + 1
         # Columns: commanded angles, the length of their way, and measured angles.
         self._rows = np.zeros((2 * self._kept, 3 * count))
@@ -88,7 +102,7 @@ class _Motions:
         """Process a newer state and the speeds (N,) commanded until then; judge the motions."""
         last, elapsed_s = self._row, state.time_s - self._time_s
         before, self._time_s, self._positions = self._positions, state.time_s, state.positions
-        if last is None or not 0.0 < elapsed_s < self._kept * _STEP_S:
+        if last is None or not 0.0 < elapsed_s < self._kept * STEP_S:
             self._begin(state, state.positions if before is None else before)
             return True
         way = elapsed_s * velocities
@@ -99,8 +113,9 @@ class _Motions:
         agrees = True
         while self._next_s <= state.time_s:
             self._keep(self._row - (state.time_s - self._next_s) / elapsed_s * change)
-            self._next_s += _STEP_S
+            self._next_s += STEP_S
             agrees = agrees and self._judge()
+            self._measure()
         return agrees
 
     def _begin(self, state: JointState, before: Floats) -> None:
@@ -112,7 +127,7 @@ class _Motions:
         # An arm that measures no speeds returns zeros.
         rests = rests and np.abs(state.positions - before).max() <= _STILL_RAD
         self._known = self._kept if rests else 1
-        self._next_s = state.time_s + _STEP_S
+        self._next_s = state.time_s + STEP_S
 
     def _keep(self, row: Floats) -> None:
         if self._end == len(self._rows):
@@ -121,6 +136,14 @@ class _Motions:
         self._rows[self._end] = row
         self._end += 1
         self._known = min(self._known + 1, self._kept)
+
+    def _measure(self) -> None:
+        """Measure the lag of the joints by the newest rows."""
+        end, count = self._end, self._count
+        first = end - 1 - WINDOW
+        if self._known > self._lag + WINDOW:
+            commanded = self._rows[first - self._lag : end, :count]
+            self._measured.see(commanded, self._rows[first:end, 2 * count :])
 
     def _judge(self) -> bool:
         """Return whether all joints moved as commanded until the newest row."""

@@ -19,6 +19,7 @@ class Reason(Enum):
 
     NO_TARGET = "no target has been seen yet"
     NO_IMAGES = "no image came for too long"
+    UNANSWERED = "the tracker has not answered for too long"
     FROZEN = "a camera moves but its image does not change"
     SEARCHING = "the tracker searches for the target"
     LOST = "the target is lost"
@@ -41,6 +42,7 @@ class Reason(Enum):
     NEAR = "the hand is at its minimum distance from the object"
     COLLISION = "parts of the arm are at their minimum distance from each other or the room"
     LATE = "commands come less often than the arm's period"
+    LAGGING = "the joints follow their commands later than joints.reaction_s, and brake earlier"
     UNREACHABLE = "the arm does not reach the goal"
     SINGULAR = "the arm is in a singular pose and cannot move towards the goal"
     HAND_SPEED = "the hand is at its speed limit"
@@ -51,7 +53,7 @@ class Reason(Enum):
     JOINT_LIMIT = "a joint is near its position limit"
 
 
-# Limits that any quick motion reaches, and that do not keep the hand from its goal.
+# Limits that any quick motion reaches, and braking early: neither keeps the hand from its goal.
 ORDINARY = frozenset(
     {
         Reason.HAND_SPEED,
@@ -59,6 +61,7 @@ ORDINARY = frozenset(
         Reason.JOINT_SPEED,
         Reason.JOINT_ACCELERATION,
         Reason.JOINT_JERK,
+        Reason.LAGGING,
     }
 )
 # Reasons to doubt the goal, which the hand follows nevertheless.

@@ -4,7 +4,7 @@ from typing import Any
 
 from servoid.servo import GoalTimes, LimitingKind, Reason, ServoMetrics, verdict_of
 from servoid.sim.trial.servoing import ServoTrial
-from servoid.words import counted
+from servoid.words import counted, digits
 
 
 def trial_rows(trial: ServoTrial) -> dict[str, str]:
@@ -18,10 +18,23 @@ def trial_rows(trial: ServoTrial) -> dict[str, str]:
 
 
 def trial_notes(trial: ServoTrial, metrics: ServoMetrics) -> tuple[str, ...]:
-    """Return the notes on the path, the world, the looks, the body and the time of control."""
-    late = metrics.late_note()
+    """Return the notes on the path, the world, the looks, the body, the arm and the control."""
     notes = (*trial.notes, *trial.world.notes, *trial.exploration.all_notes)
-    return notes if late is None else (*notes, late)
+    late = (_lag_note(trial), metrics.late_note())
+    return (*notes, *(note for note in late if note is not None))
+
+
+def _lag_note(trial: ServoTrial) -> str | None:
+    """Return a note on joints that were later than their bounds allow for, None if none were."""
+    late_s = max((row.tick.command.late_s for row in trial.log.rows), default=0.0)
+    if late_s == 0.0:
+        return None
+    allowed = digits(trial.settings.servo.joints.reaction_s)
+    return (
+        f"the joints followed their commands {late_s:.2f} s late, and servo.joints.reaction_s "
+        f"allows for {allowed} s; they braked as much earlier once it was measured, so set "
+        f"servo.joints.reaction_s = {late_s:.2f}"
+    )
 
 
 def trial_numbers(

@@ -11,10 +11,12 @@ from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo.arm import Arm, JointState
 from servoid.servo.controller import Command, Controller
-from servoid.servo.perception import Perception, TrackedInstant, TrackingInTurn
+from servoid.servo.keeping.safety import Reason
+from servoid.servo.perception import Busy, Perception, TrackedInstant, TrackingInTurn
 from servoid.source import Instant, Source
 from servoid.track import Estimate, Follower
 
+_ANSWERS_S = 0.5  # within which a tracker returns, also one that searches
 _GIVE_UP_S = 0.5  # of commands that fail in a row, after which an arm cannot be braked
 
 Goal = Callable[[float], Pose | None]
@@ -27,7 +29,8 @@ class Tick:
     `instant` and `estimate` are set if the loop received an observation in this period; of several,
     they are the newest, and `earlier` contains the others. `control_s` is the wall-clock time of
     the control law, `track_s` that of the tracker for the newest. `dropped` counts the observations
-    that arrived and were never tracked.
+    that arrived and were never tracked. `busy_s` is for how long the tracker, in a thread of its
+    own, has been at an observation by now.
     """
 
     state: JointState
@@ -38,6 +41,7 @@ class Tick:
     track_s: float
     earlier: tuple[TrackedInstant, ...] = ()
     dropped: int = 0
+    busy_s: float = 0.0
 
 
 def servo(
@@ -59,10 +63,14 @@ def servo_tracked(
 ) -> Iterator[Tick]:
     """Servo as `servo` does, with estimates from a `Perception`.
 
+    A hand that is held while the tracker has not answered for 0.5 s is held as `UNANSWERED`, in
+    place of `NO_IMAGES`.
+
     Raises:
         ServoidError: tracking has failed.
 
     """
+    busy = perception if isinstance(perception, Busy) else None
     while True:
         state = arm.state()
         tracked = perception.tracked()
@@ -74,7 +82,11 @@ def servo_tracked(
         command = controller.command(state, goal(state.time_s))
         control_s = time.perf_counter() - began
         arm.command(command.velocities)
-        yield _tick(state, tracked, command, control_s)
+        busy_s = 0.0 if busy is None else busy.busy_s
+        if command.holding and busy_s > _ANSWERS_S:
+            holding = command.holding - {Reason.NO_IMAGES} | {Reason.UNANSWERED}
+            command = replace(command, holding=holding)
+        yield replace(_tick(state, tracked, command, control_s), busy_s=busy_s)
 
 
 def halt(arm: Arm, controller: Controller) -> Iterator[Command]:

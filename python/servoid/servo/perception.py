@@ -4,7 +4,7 @@ import time
 from collections import deque
 from dataclasses import dataclass, replace
 from threading import Event, Lock, Thread
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from servoid.errors import ServoError
 from servoid.source import Instant, Source
@@ -42,6 +42,16 @@ class Perception(Protocol):
         ...
 
 
+@runtime_checkable
+class Busy(Protocol):
+    """A perception that knows for how long its tracker has been at one observation."""
+
+    @property
+    def busy_s(self) -> float:
+        """Return that time in s of the wall clock, 0 if it is at none."""
+        ...
+
+
 class TrackingInTurn:
     """Tracks the newest observation at each call; the caller waits for it.
 
@@ -52,6 +62,13 @@ class TrackingInTurn:
         """Take a tracker that has started."""
         self._source, self._tracker = source, tracker
         self._index: int | None = None
+        self._began_s: float | None = None
+
+    @property
+    def busy_s(self) -> float:
+        """Return for how long the tracker has been at an observation, in s of the wall clock."""
+        began_s = self._began_s
+        return 0.0 if began_s is None else time.perf_counter() - began_s
 
     def tracked(self) -> tuple[TrackedInstant, ...]:
         """Return the newest observation, tracked; empty if none has arrived.
@@ -63,9 +80,9 @@ class TrackingInTurn:
         instant = self._source.newest()
         if instant is None:
             return ()
-        began = time.perf_counter()
+        self._began_s = began_s = time.perf_counter()
         estimate = _estimate(self._tracker, instant)
-        took = time.perf_counter() - began
+        took, self._began_s = time.perf_counter() - began_s, None
         dropped = 0 if self._index is None else instant.index - self._index - 1
         self._index = instant.index
         return (TrackedInstant(instant, estimate, took, dropped),)
@@ -83,7 +100,7 @@ class TrackingThread:
         """Start the thread, with a tracker that has started."""
         self._inner = TrackingInTurn(source, tracker)
         self._found: deque[TrackedInstant] = deque()
-        self._error: Exception | None = None
+        self._error: BaseException | None = None
         self._lock, self._over = Lock(), Event()
         self._thread = Thread(target=self._run, name="tracking", daemon=True)
         self._thread.start()
@@ -99,11 +116,16 @@ class TrackingThread:
         self._over.set()
         self._thread.join(_CLOSING_S)
 
+    @property
+    def busy_s(self) -> float:
+        """Return for how long the tracker has been at an observation, in s of the wall clock."""
+        return self._inner.busy_s
+
     def tracked(self) -> tuple[TrackedInstant, ...]:
         """Return what was tracked since it was last asked, in order, each once.
 
         Raises:
-            ServoError: tracking has failed, or was closed.
+            ServoError: tracking has failed, was ended, as by SystemExit, or was closed.
 
         """
         with self._lock:
@@ -112,8 +134,7 @@ class TrackingThread:
         if found:
             return found
         if self._error is not None:
-            text = str(self._error) or type(self._error).__name__
-            raise ServoError(f"tracking failed: {text}") from self._error
+            raise ServoError(_why(self._error)) from self._error
         if self._over.is_set():
             raise ServoError("tracking was closed; ask for what is tracked inside its context")
         return ()
@@ -126,7 +147,7 @@ class TrackingThread:
                     self._over.wait(_POLL_S)
                 for one in found:
                     self._keep(one)
-        except Exception as error:  # it must end the loop, not only this thread
+        except BaseException as error:  # it must end the loop, not only this thread
             self._error = error
 
     def _keep(self, one: TrackedInstant) -> None:
@@ -136,6 +157,14 @@ class TrackingThread:
                 oldest, after = self._found.popleft(), self._found[0]
                 passed = after.dropped + oldest.dropped + 1
                 self._found[0] = replace(after, dropped=passed)
+
+
+def _why(error: BaseException) -> str:
+    """Say why no thread tracks any more."""
+    kind, text = type(error).__name__, str(error)
+    if isinstance(error, Exception):
+        return f"tracking failed: {text or kind}"
+    return f"the tracker ended its thread by {kind}{f' ({text})' if text else ''}"
 
 
 def _estimate(tracker: Follower, instant: Instant) -> Estimate | None:

@@ -1,5 +1,6 @@
 """Tracking and control in two threads; time is that of the arm's clock, order that of events."""
 
+import time
 from threading import Event
 
 import numpy as np
@@ -55,7 +56,7 @@ class Cameras:
 class Knowing:
     """A tracker that knows where the object is, and returns when it is let go."""
 
-    def __init__(self, error: Exception | None = None) -> None:
+    def __init__(self, error: BaseException | None = None) -> None:
         self.began, self.go_on, self.error = Event(), Event(), error
         self.go_on.set()
 
@@ -212,15 +213,46 @@ def test_an_arm_whose_tracker_hangs_is_brought_to_rest_within_its_limits() -> No
     assert np.all(steps_up <= arm.joints.acceleration * (1 + 1e-9))
 
 
+def test_a_tracker_that_hangs_is_told_as_such_and_images_that_do_not_come_are_not() -> None:
+    arm, tracker = SerialArm(read_arm()), Knowing()
+    cameras, controller = Cameras(arm), Controller(arm)
+    with TrackingThread(cameras, tracker) as tracking:
+        steps = servo_tracked(arm, Waiting(cameras, tracking), controller, lambda _: OFF)
+        while arm.time_s < 0.5:
+            cameras.take()
+            next(steps)
+        steps = servo_tracked(arm, tracking, controller, lambda _: OFF)
+        silent = [next(steps) for _ in range(round(0.8 / arm.period_s))][-1]
+        tracker.began.clear()
+        tracker.go_on.clear()
+        cameras.take()
+        assert tracker.began.wait(PATIENCE_S)
+        time.sleep(0.6)
+        hanging = next(steps)
+        tracker.go_on.set()
+        answered = next(steps)
+        while answered.estimate is None:
+            answered = next(steps)
+    assert Reason.NO_IMAGES in silent.command.holding
+    assert Reason.UNANSWERED not in silent.command.holding
+    assert Reason.UNANSWERED in hanging.command.holding
+    assert Reason.NO_IMAGES not in hanging.command.holding
+    assert 0.6 <= hanging.busy_s < PATIENCE_S
+    assert Reason.UNANSWERED not in answered.command.holding
+    assert answered.busy_s == 0.0
+
+
 @pytest.mark.parametrize(
     ("error", "message"),
     [
         (TrackError("2 images are needed, but got 1"), "tracking failed: 2 images are needed"),
         (MemoryError(), "tracking failed: MemoryError"),
+        (SystemExit(3), r"the tracker ended its thread by SystemExit \(3\)"),
+        (KeyboardInterrupt(), "the tracker ended its thread by KeyboardInterrupt"),
     ],
 )
 def test_an_error_in_the_tracking_thread_ends_the_loop_with_an_arm_at_rest(
-    error: Exception, message: str
+    error: BaseException, message: str
 ) -> None:
     arm, tracker = SerialArm(read_arm()), Knowing()
     cameras, controller = Cameras(arm), Controller(arm)

@@ -20,8 +20,8 @@ class Joints:
     without an end has the limits -inf and inf.
 
     Raises:
-        ServoError: a row does not have one number for each name, or a limit cannot be true, such as
-            one in degrees.
+        ServoError: two joints have one name, a row does not have one number for each name, or a
+            limit cannot be true, such as one in degrees.
 
     """
 
@@ -40,6 +40,12 @@ class Joints:
             if given is not None:
                 object.__setattr__(self, name, row_of(f"Joints.{name}", given, len(self.names)))
         count = len(self.names)
+        twice = next((name for name in self.names if self.names.count(name) > 1), None)
+        if twice is not None:
+            raise ServoError(
+                f"Joints.names has '{twice}' {self.names.count(twice)} times; give each joint a "
+                "name of its own"
+            )
         if not is_index(self.hand_count) or not 1 <= self.hand_count <= count:
             raise ServoError(
                 f"Joints.hand_count must be a whole number from 1 to {count}, the number of "

@@ -91,6 +91,10 @@ STATES: dict[str, tuple[Callable[[JointState], Any], str]] = {
 }
 FULL = np.full(10, 1.0)
 LIMITS: dict[str, tuple[dict[str, Any], str]] = {
+    "one name twice": (
+        {"names": ("s1", "s2", "s3", "e1", "s2", "w1", "w2", "tilt", "left", "right")},
+        "Joints.names has 's2' 2 times; give each joint a name of its own",
+    ),
     "lower limits in degrees": (
         {"lower": -177.0 * FULL},
         r"Joints.lower of joint 's1' is -177 rad, and more than 12.5664 rad is not plausible; "

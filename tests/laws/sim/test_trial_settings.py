@@ -254,6 +254,7 @@ def test_dotted_names_change_single_settings() -> None:
         ({"run.secs": 2.0}, r"the options, run: unknown key 'secs'; known keys: seconds"),
         ({"motion.a": 2.0}, r"the options: unknown key 'motion'; known keys: run, world"),
         ({"run.seconds.a": 2.0}, r"the options, run.seconds: expected a number, got a table"),
+        ({"run.start_turn_deg": [0.0, 400.0, 0.0]}, r"a rotation by 400 degrees; give at most 180"),
         ({"run.seconds": None}, r"the options, run.seconds: expected a number, got nothing"),
     ],
 )

@@ -13,6 +13,7 @@ from servoid.servo.settings import SafetySettings
 _STEP_RAD = 1e-4  # by which a joint is varied on either side
 _LINEAR, _ANGULAR = 0.02, 0.02  # m/rad and rad/rad, by which both may differ, and as a share
 _OUTSIDE_M = 0.1  # of the box, from which on it is probably in another frame
+_ANYWHERE_M = 1e3  # within which all parts are
 _STILL = 1e-6  # m/rad and rad/rad, below which a pose does not depend on the joints
 _SWAPPED = [3, 4, 5, 0, 1, 2]
 
@@ -29,6 +30,7 @@ def check_start(arm: CheckedArm, positions: Floats, settings: SafetySettings) ->
     """
     hand = arm.world_from_hand(positions)
     _check_jacobian(arm, positions, hand)
+    _check_solid(arm, positions)
     place = np.array(hand.translation)
     lower, upper = np.array(settings.workspace_lower), np.array(settings.workspace_upper)
     outside = exact.norm(np.maximum(0.0, np.maximum(lower - place, place - upper)))
@@ -72,6 +74,18 @@ def _check_jacobian(arm: CheckedArm, positions: Floats, hand: Pose) -> None:
         f"away: {cause}; the Jacobian is (6, N), the hand's velocity in the world, first linear "
         "in m/rad, then angular, with a column for each joint"
     )
+
+
+def _check_solid(arm: CheckedArm, positions: Floats) -> None:
+    """Check that the distances of an arm's parts are in metres, by how fast they change."""
+    if arm.solid is None:
+        return
+    slopes = np.abs(arm.solid.clearances(positions, _ANYWHERE_M).slopes)
+    if slopes.size and exact.is_finite(slopes) and slopes.max() > REACH_M:
+        raise ServoError(
+            f"Arm.solid.clearances has slopes of up to {slopes.max():.0f} m a radian: distances of "
+            "parts, and the slopes of these, are in metres; are they in millimetres?"
+        )
 
 
 def _slips(given: Floats, hand: Pose) -> Iterator[tuple[str, Floats]]:

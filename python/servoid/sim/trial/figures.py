@@ -6,6 +6,12 @@ from servoid.servo import GoalTimes, LimitingKind, Reason, ServoMetrics, verdict
 from servoid.sim.trial.servoing import ServoTrial
 from servoid.words import counted, digits
 
+_SPEEDS = {
+    Reason.HAND_SPEED: "servo.hand.linear_speed or servo.hand.angular_speed",
+    Reason.JOINT_SPEED: "the speeds of the arm's joints (world.arm.speed of an arm's file)",
+}
+_MOSTLY = 0.5  # share of the time from which on a limit of speed is no ordinary one
+
 
 def trial_rows(trial: ServoTrial) -> dict[str, str]:
     """Return what was servoed with, as text by name: the world's errors, and the body."""
@@ -20,8 +26,21 @@ def trial_rows(trial: ServoTrial) -> dict[str, str]:
 def trial_notes(trial: ServoTrial, metrics: ServoMetrics) -> tuple[str, ...]:
     """Return the notes on the path, the world, the looks, the body, the arm and the control."""
     notes = (*trial.notes, *trial.world.notes, *trial.exploration.all_notes)
-    late = (_lag_note(trial), metrics.late_note())
-    return (*notes, *(note for note in late if note is not None))
+    found = (_lag_note(trial), metrics.late_note(), _speed_note(trial, metrics.settle_s))
+    return (*notes, *(note for note in found if note is not None))
+
+
+def _speed_note(trial: ServoTrial, settle_s: float) -> str | None:
+    """Return a note on a limit of speed that acted for most of a run, None if none did."""
+    rows = [row for row in trial.log.rows if row.time_s - trial.log.start_s >= settle_s]
+    for reason, key in _SPEEDS.items():
+        acted = sum(reason in row.tick.command.limiting for row in rows)
+        if rows and acted > _MOSTLY * len(rows):
+            return (
+                f"{reason.value} for {100 * acted // len(rows)} % of the time: the object is "
+                f"faster than the arm may be, so raise {key}, or move it more slowly"
+            )
+    return None
 
 
 def _lag_note(trial: ServoTrial) -> str | None:

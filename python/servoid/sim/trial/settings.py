@@ -23,6 +23,7 @@ _ROUNDING_S = 1e-9
 Triple = tuple[float, float, float]
 NotNegative = Annotated[int, Meta(ge=0)]
 Count = Annotated[int, Meta(ge=1)]
+_HALF_TURN_DEG = 180.0
 
 
 class _Settings(Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -77,6 +78,12 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
         """
         super().__post_init__()
+        farthest = max(self.start_turn_deg, key=abs)
+        if abs(farthest) > _HALF_TURN_DEG:
+            raise ServoError(
+                f"run.start_turn_deg: a rotation by {digits(farthest)} degrees; give at most "
+                f"{digits(_HALF_TURN_DEG)} degrees, as farther ones are shorter the other way"
+            )
         if not self.goal[2] > 0.0:
             raise ServoError(
                 f"run.goal: the object's centre is to be {digits(self.goal[2])} m in front of the "

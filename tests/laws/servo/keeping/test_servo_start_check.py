@@ -10,7 +10,7 @@ from servo_loop import PERIOD_S
 
 from servoid.errors import ServoError
 from servoid.pose import Floats, Pose
-from servoid.servo import Controller, ServoSettings
+from servoid.servo import Clearances, Controller, ServoSettings
 from servoid.servo.settings import SafetySettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
@@ -120,3 +120,21 @@ def test_a_hand_far_outside_of_its_workspace_is_refused_before_it_moves(
         return
     with pytest.raises(ServoError, match=r"0\.30 m outside of the box .* in the world's frame"):
         begin(arm, ServoSettings(safety=box))
+
+
+def test_distances_of_an_arms_parts_in_millimetres_are_refused() -> None:
+    class Shape:
+        def __init__(self, scale: float) -> None:
+            self.scale = scale
+
+        def clearances(self, positions: Floats, within: float) -> Clearances:
+            near = 0.4 * self.scale < within
+            slopes = 0.3 * self.scale * np.ones((1, len(positions)))
+            return Clearances(np.array([0.4 * self.scale])[:near], slopes[:near])
+
+    arm = slipped()
+    arm.solid = Shape(1.0)  # type: ignore[attr-defined]
+    begin(arm)
+    arm.solid = Shape(1000.0)  # type: ignore[attr-defined]
+    with pytest.raises(ServoError, match=r"slopes of up to 300 m a radian: .* in millimetres"):
+        begin(arm)

@@ -1,7 +1,6 @@
 """Builds an arm from an MJCF or URDF file, with a head of two cameras."""
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -11,6 +10,7 @@ from servoid.errors import SimError
 from servoid.pose import exact
 from servoid.sim.arm_file import EyeLimits
 from servoid.sim.world.arms.file_looks import file_visuals
+from servoid.sim.world.arms.file_notes import ENDLESS, mjcf_notes, urdf_notes
 from servoid.sim.world.arms.head import add_head, head_visuals
 from servoid.sim.world.arms.robot import HAND, JointServo, Robot
 from servoid.sim.world.arms.urdf import Urdf, read_urdf
@@ -23,7 +23,6 @@ from servoid.words import digits, in_one_line, measured
 _MJCF, _URDF = "mujoco", "robot"  # root elements of such files
 _SUFFIXES = (".xml", ".mjcf", ".urdf")
 _XACRO = "{http://www.ros.org/wiki/xacro}"
-_ENDLESS = 2.0 * math.pi  # range of a joint without limits to each side
 _REACH = 0.1  # size of the post that carries the head, in m
 
 
@@ -58,6 +57,10 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
             _check_range(settings.name, model.joint(joint.name))
     if urdf is not None:
         _check_urdf(settings.name, urdf, model, joints)
+    names = [joint.name for joint in joints]
+    notes = (
+        mjcf_notes(settings, model, names) if urdf is None else urdf_notes(settings, urdf, names)
+    )
     servos = tuple(_servo(model, joint.name, settings, speeds, lag_s) for joint in joints)
     _strip(spec, {joint.name for joint in joints})
     looks = file_visuals(_compiled(spec, settings.name))
@@ -75,7 +78,7 @@ def build_file_arm(settings: ArmSettings, eyes: EyeLimits, lag_s: float) -> Robo
         hand_count=len(servos),
         half_baseline=eyes.half_baseline,
         angles=home,
-        notes=() if urdf is None else tuple(_notes(settings, urdf, joints)),
+        notes=tuple(notes),
     )
 
 
@@ -132,24 +135,6 @@ def _of_xacro(path: Path) -> str:
         f"run 'xacro {path.name} > arm.urdf' first (pip install xacrodoc brings it without ROS), "
         "and give that URDF"
     )
-
-
-def _notes(settings: ArmSettings, urdf: Urdf, joints: list[Any]) -> Iterator[str]:
-    """Yield messages on joints without a torque limit, and without a speed limit."""
-    name = Path(settings.name).name
-    free = [joint.name for joint in joints if joint.name in urdf.effortless]
-    if free:
-        yield (
-            f"{name} gives {', '.join(free)} no effort, or 0: their torque is not limited "
-            "in this world; write the efforts of the data sheet into the file"
-        )
-    free = [joint.name for joint in joints if joint.name not in urdf.speeds]
-    if free:
-        yield (
-            f"{name} gives {', '.join(free)} no velocity, or 0: they turn by at most "
-            f"{digits(settings.speed)} rad/s, which is arm.speed; write the velocities of the data "
-            "sheet into the file"
-        )
 
 
 def _compiled(spec: Any, name: str) -> Any:
@@ -268,7 +253,7 @@ def _servo(
     model: Any, name: str, settings: ArmSettings, speeds: dict[str, float], lag_s: float
 ) -> JointServo:
     at = model.joint(name).id
-    lower, upper = model.jnt_range[at] if model.jnt_limited[at] else (-_ENDLESS, _ENDLESS)
+    lower, upper = model.jnt_range[at] if model.jnt_limited[at] else (-ENDLESS, ENDLESS)
     return JointServo(
         joint=name,
         lower=float(lower),

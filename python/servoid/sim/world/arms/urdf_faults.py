@@ -15,7 +15,8 @@ def check_elements(path: Path, root: ElementTree.Element) -> None:
     """Check the names, numbers and masses of a URDF's links and joints.
 
     Raises:
-        SimError: two links or two joints have one name, a number is none, or a mass is negative.
+        SimError: two links or two joints have one name, a number is none, or a mass, a
+            velocity or an effort is negative.
 
     """
     for kind in ("link", "joint"):
@@ -30,6 +31,15 @@ def check_elements(path: Path, root: ElementTree.Element) -> None:
             for attribute, text in _no_numbers(element):
                 raise SimError(
                     f"{path}: {kind} '{name}' has {attribute}=\"{text}\"; write finite numbers"
+                )
+    for joint in root.findall("joint"):
+        limit = joint.find("limit")
+        for attribute in ("velocity", "effort"):
+            if limit is not None and float(limit.get(attribute, "0")) < 0.0:
+                raise SimError(
+                    f"{path}: joint '{joint.get('name', '')}' has a limit of {attribute} of "
+                    f"{limit.get(attribute)}; it holds in both directions, so write it without "
+                    "the sign"
                 )
     for link in root.findall("link"):
         mass = link.find("inertial/mass")

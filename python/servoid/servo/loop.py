@@ -16,6 +16,7 @@ from servoid.servo.perception import Busy, Perception, TrackedInstant, TrackingI
 from servoid.source import Instant, Source
 from servoid.track import Estimate, Follower
 
+_WAITED = 3.5  # periods of an arm, during which it moved on without a command
 _ANSWERS_S = 0.5  # within which a tracker returns, also one that searches
 _GIVE_UP_S = 0.5  # of commands that fail in a row, after which an arm cannot be braked
 
@@ -63,8 +64,9 @@ def servo_tracked(
 ) -> Iterator[Tick]:
     """Servo as `servo` does, with estimates from a `Perception`.
 
-    A hand that is held while the tracker has not answered for 0.5 s is held as `UNANSWERED`, in
-    place of `NO_IMAGES`.
+    Where the arm moved on for more than 3.5 of its periods while it waited for the tracker, the
+    command is `LATE`. A hand that is held while the tracker has not answered for 0.5 s is held as
+    `UNANSWERED`, in place of `NO_IMAGES`.
 
     Raises:
         ServoidError: tracking has failed.
@@ -74,14 +76,18 @@ def servo_tracked(
     while True:
         state = arm.state()
         tracked = perception.tracked()
+        waited_s = 0.0
         if tracked:
-            state = arm.state()  # a real arm moved on while tracking took its time
+            asked_s, state = state.time_s, arm.state()  # a real arm moved on meanwhile
+            waited_s = state.time_s - asked_s
         began = time.perf_counter()
         for one in tracked:
             controller.see(one.instant, one.estimate)
         command = controller.command(state, goal(state.time_s))
         control_s = time.perf_counter() - began
         arm.command(command.velocities)
+        if waited_s > _WAITED * arm.period_s:
+            command = replace(command, limiting=command.limiting | {Reason.LATE})
         busy_s = 0.0 if busy is None else busy.busy_s
         if command.holding and busy_s > _ANSWERS_S:
             holding = command.holding - {Reason.NO_IMAGES} | {Reason.UNANSWERED}

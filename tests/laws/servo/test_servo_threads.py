@@ -295,3 +295,30 @@ def test_a_thread_that_was_closed_says_so() -> None:
         assert tracking.tracked() == ()
     with pytest.raises(ServoError, match="tracking was closed"):
         tracking.tracked()
+
+
+class SlowOnce(Knowing):
+    """A tracker during one of whose steps an arm moves on for some periods, as a real one does."""
+
+    def __init__(self, arm: SerialArm, step: int, periods: int) -> None:
+        super().__init__()
+        self.arm, self.left, self.periods = arm, step, periods
+
+    def step(self, time_s: float, _poses: object, _images: object) -> FakeEstimate:
+        if self.left == 0:
+            for _ in range(self.periods):
+                self.arm.command(self.arm.state().velocities)
+        self.left -= 1
+        return super().step(time_s, _poses, _images)
+
+
+@pytest.mark.parametrize(("periods", "is_told"), [(0, False), (2, False), (40, True)])
+def test_a_search_for_which_the_arm_waited_is_told_as_a_late_command(
+    periods: int, is_told: bool
+) -> None:
+    arm = SerialArm(read_arm())
+    cameras = Cameras(arm)
+    tracking = TrackingInTurn(cameras, SlowOnce(arm, 10, periods))
+    ticks = follow(arm, cameras, tracking, 100)
+    late = [tick for tick in ticks if Reason.LATE in tick.command.limiting]
+    assert len(late) == int(is_told)

@@ -55,7 +55,7 @@ const FITS: (f64, f64, f64) = (0.008, 0.011, 0.25);
 const SURE: (f64, f64, f64) = (0.0055, 0.007, 0.2);
 const LEAST_SURE: usize = 3;
 /// Least lever of the outlines of all keyframes together for the same; and how far the boundary in each
-/// camera is at least from its mirror image in half of them, in radii and in pixels: a body of revolution
+/// camera is at least from its mirror image in most of them, in radii and in pixels: a body of revolution
 /// is its own one, and no outline tells its spin, whatever the lever of a guess.
 const LEVER: f64 = 0.025;
 const UNEVEN: (f64, f64) = (0.008, 1.0);
@@ -222,10 +222,8 @@ impl Scene {
             state,
         })
     }
-}
 
-impl Scene {
-    /// Returns whether the boundaries of half of the keyframes are none of a body of revolution.
+    /// Returns whether the boundaries of most keyframes are none of a body of revolution.
     fn is_uneven(&self, state: &State) -> Option<bool> {
         let mut uneven = vec![true; state.poses.len()];
         for view in &self.views {

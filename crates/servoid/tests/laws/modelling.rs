@@ -306,6 +306,19 @@ pub fn samples(radius: f64) -> Vec<RangeSample> {
 }
 
 #[test]
+fn what_few_views_show_is_modelled_though_no_point_of_it_was_measured() {
+    let scene =
+        Scene::new(&[solid([0.0; 3], [0.05; 3]), solid([0.07, 0.0, 0.0], [0.03, 0.01, 0.01])]);
+    let (views, samples) = (scene.views(), samples(0.05));
+    let views = &views[..2];
+    let given = ModelInput::default().with(|it| (it.views, it.samples) = (views, &samples));
+    let settings = Settings::default().with(|it| it.held_out = true).quick();
+    let steps = progressive(&given, &settings, &mut |_, _, _| true).unwrap();
+    let overlaps = silhouette_ious(&steps.last().unwrap().body, views);
+    assert!(overlaps.iter().all(|overlap| *overlap > 0.95), "{overlaps:?}");
+}
+
+#[test]
 fn what_has_no_weight_is_not_held_out_to_choose_by() {
     let scene = Scene::new(&[solid([0.0; 3], [0.05; 3])]);
     let (all_views, all_samples) = (scene.views(), samples(0.05));

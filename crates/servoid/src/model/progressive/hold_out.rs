@@ -52,7 +52,8 @@ impl<'a> HoldOut<'a> {
     }
 
     /// Selects the number of ellipsoids whose body agrees best with the held-out part, where each
-    /// ellipsoid must gain δ.
+    /// ellipsoid must gain δ. Views that are too few to hold one out count as well: they may show what
+    /// has no measured point, such as the handle of a plain jug.
     pub fn choose(
         &self,
         given: &ModelInput<'a>,
@@ -60,8 +61,9 @@ impl<'a> HoldOut<'a> {
         scene: &Scene,
         settings: &Settings,
     ) -> Result<usize, ModelError> {
+        let [all, held] = &self.views;
         let held = ModelInput {
-            views: &self.views[1],
+            views: if held.is_empty() { all } else { held },
             samples: &self.samples[1],
             mesh: None,
             weights: given.weights,

@@ -169,7 +169,7 @@ def fit_views(
     # Read files first, so that a damaged one is reported before the long computation.
     native = in_parallel(CaptureView.view, [*used, *unused])
     native_used, native_unused = native[: len(used)], native[len(used) :]
-    swapped = swapped_note([view.mask for view in native])
+    swapped = swapped_note([view.mask for view in native], [*used, *unused])
     seen = all(view.has_image for view in used)
     images = in_parallel(CaptureView.image, used) if seen else []
     given = request.given(views=native_used, range_samples=samples)

@@ -22,7 +22,15 @@ from servoid.model.depth_registration import NOT_REGISTERED, misregistered
 from servoid.model.fit import Request, divide, fit_views
 from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
-from servoid.model.misfit import TOO_FAR, center_notes, is_too_far, scale_note, swapped_note
+from servoid.model.misfit import (
+    ALL_AROUND,
+    TOO_FAR,
+    are_all_around,
+    center_notes,
+    is_too_far,
+    scale_note,
+    swapped_note,
+)
 from servoid.model.missing_depth import missing_depth
 from servoid.model.one_view import fit_one_view
 from servoid.model.paper import fit_paper_views
@@ -110,7 +118,9 @@ def fit_capture(
         distance_m = _distance(distance_m, alone, said, alone_of)
         result = fit_one_view(known[0], distance_m, request)
         scale = scale_note(result.body, result.native_used, is_given=True)
-        return _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
+        noted = _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
+        is_all_around = _are_given_all_around(marked, result)
+        return replace(noted, wrong_by=ALL_AROUND if is_all_around else None)
     if marked.others and (len(known) < 2 or marked.from_targets):
         finding = replace(request, progress=part_of(request.progress, 0.0, _FINDING))
         known = _with_spread(marked, samples, finding, notes)
@@ -136,6 +146,7 @@ def fit_capture(
     has_sensor = any(view.has_depth for view in known)
     scale = scale_note(*place, has_sensor=has_sensor) if capture.metric else None
     reasons = {
+        ALL_AROUND: _are_given_all_around(marked, result),
         NOT_REGISTERED: off is not None and off.is_sure,
         TWO_SURFACES: 2 * sum(one.is_sure for one in parted) > len(marked.views),
         TOO_FAR: capture.metric and len(samples) > 0 and is_too_far(*place),
@@ -143,6 +154,14 @@ def fit_capture(
     wrong_by = next((reason for reason, holds in reasons.items() if holds), None)
     noted = _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
     return replace(noted, wrong_by=wrong_by)
+
+
+def _are_given_all_around(marked: Marked, result: ModelResult) -> bool:
+    """Return whether most masks that were given hold the border of their image all around."""
+    names = {view.name for view in marked.views}
+    used = zip(result.used_views, result.native_used, strict=True)
+    given = [(view, native.mask) for view, native in used if view.name in names]
+    return are_all_around([mask for _, mask in given], [view for view, _ in given])
 
 
 def _noted(
@@ -242,7 +261,7 @@ def fit_capture_by_paper(
         seconds=time.perf_counter() - start,
     )
     scale = scale_note(body, natives) if capture.metric else None
-    swapped = swapped_note([view.mask for view in natives])
+    swapped = swapped_note([view.mask for view in natives], used)
     notes = [*marked.notes, *(() if capture.metric else (NO_METRES,))]
     contradiction = contradicting_views(used)
     apart = contradiction and contradiction.words

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, View
-from servoid.camera import principal_point_note
+from servoid.camera import Undistortion, principal_point_note
 from servoid.capture import CaptureView
 from servoid.config import (
     FAR_M,
@@ -19,6 +19,7 @@ from servoid.model.verdict import GOOD_IOU, LEAST_IOU
 from servoid.pose import exact
 from servoid.words import counted, measured
 
+ALL_AROUND = "the mask holds the border of the image all around, so that no outline is in it"
 TOO_FAR = f"the object is measured more than {FAR_M:g} m away, which is not in metres"
 
 _SMALL_UNITS = "in millimetres or centimetres"
@@ -32,6 +33,7 @@ _LEAST_COARSE = 0.6  # of a right body that lacks ellipsoids; one ellipsoid for 
 _CURE = "check poses, calibration and masks, and do not use the body until then"
 # Share of an image beyond which a mask that touches three borders holds background.
 _ALL_BORDERS, _WIDE = 4, 0.25
+_AROUND = 0.95  # of the pixels at its border: an object that is cut off leaves more of them
 
 
 def misfit_notes(kind: str, names: Sequence[str], ious: NDArray[np.float64]) -> list[str]:
@@ -97,12 +99,19 @@ def shape_misfit_note(fitness: float, *, is_cloud: bool, is_coarse: bool) -> str
     )
 
 
-def swapped_note(masks: Sequence[NDArray[np.uint8]]) -> str | None:
+def swapped_note(
+    masks: Sequence[NDArray[np.uint8]], views: Sequence[CaptureView] = ()
+) -> str | None:
     """Report masks that look inverted, or hold background, if most touch all borders, or three.
 
-    Each is (H, W) uint8. Those that touch three cover a good part of their image, too.
+    Each is (H, W) uint8. Those that touch three cover a good part of their image, too. `views` are
+    those of the masks, if their lenses may distort: an image of them is rectified, and ends within.
     """
-    touched = [_touched_borders(mask) for mask in masks]
+    around = _around(masks, views)
+    touched = [
+        _ALL_BORDERS if is_all else _touched_borders(mask)
+        for mask, is_all in zip(masks, around, strict=True)
+    ]
     count = sum(borders == _ALL_BORDERS for borders in touched)
     if 2 * count > len(masks):
         return (
@@ -123,6 +132,48 @@ def swapped_note(masks: Sequence[NDArray[np.uint8]]) -> str | None:
         f"{100.0 * max(wide):.0f} % of it: does it hold background? Mark the object alone, and see "
         "that it is wholly in the image"
     )
+
+
+def are_all_around(masks: Sequence[NDArray[np.uint8]], views: Sequence[CaptureView] = ()) -> bool:
+    """Return whether most masks, (H, W) uint8 each, hold the border of their image all around.
+
+    Such masks are inverted, or no masks, as a photograph is none: what they hold ends nowhere.
+    `views` are as for `swapped_note`.
+    """
+    return 2 * sum(_around(masks, views)) > len(masks)
+
+
+def _around(masks: Sequence[NDArray[np.uint8]], views: Sequence[CaptureView]) -> list[bool]:
+    """Return of each mask whether it holds the border of what its lens shows all around."""
+    rims: dict[int, NDArray[np.bool_] | None] = {}
+    found = []
+    for index, mask in enumerate(masks):
+        rim = None
+        if views:
+            ideal = views[index].ideal
+            if id(ideal) not in rims:
+                rims[id(ideal)] = _rim(ideal.maps())
+            rim = rims[id(ideal)]
+        if rim is None:
+            border = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
+        else:
+            border = mask[rim]
+        found.append(len(border) > 0 and float(np.mean(border != 0)) > _AROUND)
+    return found
+
+
+def _rim(maps: Undistortion) -> NDArray[np.bool_] | None:
+    """Return the pixels of the ideal image at the border of the lens's; None if it is the same."""
+    if maps.map_px is None:
+        return None
+    import cv2
+
+    width, height = maps.lens.size_px
+    seen = maps.mask(np.full((height, width), 255, np.uint8))
+    inner = cv2.erode(
+        seen, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0
+    )
+    return (seen != 0) & (np.asarray(inner) == 0)
 
 
 def scale_note(

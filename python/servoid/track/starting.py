@@ -330,7 +330,7 @@ def _known(capture: Capture, instant: Instant, subject: Subject, request: Reques
         marked = mark(usable, subject.targets, only, trusted=request.trust_targets)
         # A mask in a single camera does not determine the distance of the object.
         views = marked.views if subject.start is not None else find_everywhere(marked, modelling)
-        swapped = swapped_note([view.mask() for view in marked.views])
+        swapped = swapped_note([view.mask() for view in marked.views], marked.views)
         doubts = (*doubts, *marked.doubts, *(() if swapped is None else (swapped,)))
         off = misregistered(marked.views)
         doubts = doubts if off is None else (*doubts, off.words)

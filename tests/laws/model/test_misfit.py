@@ -13,7 +13,7 @@ from servoid.camera import Camera, Lens, read_mask, undistortion
 from servoid.capture import View, open_capture
 from servoid.errors import CameraError, DoubtError, MaskError, MeshError, ModelError
 from servoid.model import Request, fit, fit_capture, fit_mesh
-from servoid.model.misfit import misfit_notes, scale_note, swapped_note
+from servoid.model.misfit import are_all_around, misfit_notes, scale_note, swapped_note
 from servoid.pose import Pose
 from servoid.segment import BoxTarget, find_object, find_with_doubts, finding
 from servoid.shape import Body
@@ -89,6 +89,16 @@ def test_an_object_at_some_borders_is_no_swapped_mask() -> None:
     assert swapped_note([swapped, swapped, mask, mask]) is None
     assert "1 mask of 1 touches all four borders" in str(swapped_note([swapped]))
     assert "2 masks of 3 touch all four borders" in str(swapped_note([swapped, mask, swapped]))
+
+
+def test_an_object_that_is_cut_off_on_all_sides_is_no_inverted_mask() -> None:
+    mask = np.zeros((60, 80), np.uint8)
+    mask[:, 4:76] = mask[4:56] = 255  # the corners are free
+    assert "1 mask of 1 touches all four borders" in str(swapped_note([mask]))
+    assert not are_all_around([mask])
+    mask[:] = 255
+    mask[20:40, 30:50] = 0
+    assert are_all_around([mask])
 
 
 def test_a_mask_that_fills_much_of_the_image_up_to_three_borders_holds_background() -> None:

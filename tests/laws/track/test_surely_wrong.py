@@ -53,6 +53,29 @@ def test_a_mask_that_is_a_little_wide_holds_none(drawn: Path) -> None:
     assert result.tracked_count == len(result)
 
 
+@pytest.mark.parametrize("distortion", [(), (-0.2, 0.05, 0.0, 0.0), (0.1, 0.0, 0.0, 0.0)])
+def test_a_mask_that_is_inverted_holds_all_poses(
+    distortion: tuple[float, ...], drawn: Path
+) -> None:
+    path = drawn / "masks" / "0000.png"
+    mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    assert mask is not None
+    assert cv2.imwrite(str(path), np.asarray(255 - mask, np.uint8))
+    capture = open_any(drawn)
+    (camera,) = capture.cameras
+    lens = camera.lens
+    lens = Lens(
+        model="brown_conrady" if distortion else "pinhole",
+        size_px=lens.size_px,
+        focal_px=lens.focal_px,
+        center_px=lens.center_px,
+        distortion=distortion,
+    )
+    (result,) = track_capture(replace(capture, cameras=(replace(camera, lens=lens),)))
+    assert held(result, "the mask holds the border of the image all around")
+    assert any("are black and white swapped?" in doubt for doubt in result.doubts)
+
+
 def test_a_hole_in_the_object_is_no_second_surface_that_is_surely_wrong(drawn: Path) -> None:
     mask = cv2.imread(str(drawn / "masks" / "0000.png"), cv2.IMREAD_GRAYSCALE)
     path = drawn / "depth" / "0000.png"

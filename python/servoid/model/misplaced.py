@@ -6,8 +6,9 @@ difficult object does. So other orders are tried, and one is reported only if it
 masks, another order than the right one leaves 1.35 times the misfit or more (0.91 on a level ring,
 where a shift only turns the object); of a wrong one, the right order leaves 0.11 to 0.74 times.
 
-Poses of another convention, inverted or with the axes of OpenGL, leave a body that fits hardly any
-view. They are tried where the overlap is that small, so that a difficult object costs no time.
+Poses of another convention, inverted, with the axes of OpenGL or with w last, leave a body that
+fits hardly any view. They are tried where the overlap is that small, so that a difficult object
+costs no time.
 
 Two exchanged views fit a body of the other views badly as they are, and well if they change places.
 In the same captures 70 of 75 exchanged pairs are found, and no pair that was not exchanged.
@@ -70,6 +71,10 @@ _CONVENTIONS: tuple[tuple[str, Callable[[Pose], Pose]], ...] = (
         "those of cameras with y up and z backwards, as in OpenGL and Blender: change the signs of "
         "the second and the third column of each rotation",
         lambda pose: pose @ CV_FROM_GL,
+    ),
+    (
+        "those with quaternions in the order x, y, z, w, as in ROS and SciPy: write w first",
+        lambda pose: Pose.from_parts(pose.translation, np.roll(pose.quaternion, 1)),
     ),
 )
 """Conventions of poses to try: what they are and what to do, and world_from_camera of a pose."""

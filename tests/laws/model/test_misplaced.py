@@ -41,6 +41,10 @@ CV_FROM_GL = Pose.from_parts((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 CONVENTIONS: dict[str, tuple[Callable[[Pose], Pose], str]] = {
     "inverted": (Pose.inverse, "the poses look like camera_from_world: invert them; then a body"),
     "y up": (lambda pose: pose @ CV_FROM_GL, "with y up and z backwards, as in OpenGL .*; then a"),
+    "w last": (
+        lambda pose: Pose.from_parts(pose.translation, pose.xyzw),
+        "quaternions in the order x, y, z, w, as in ROS and SciPy: write w first; then a",
+    ),
 }
 
 

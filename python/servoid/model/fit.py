@@ -30,6 +30,7 @@ from servoid.model.range_samples import NO_RANGE_SAMPLES, RangeSamples
 from servoid.model.result import Coverage, ModelResult
 from servoid.model.running import Progress, ProgressCallback, in_parallel, run_core
 from servoid.pose import exact
+from servoid.shape import body_size_note
 from servoid.words import digits
 
 PLAIN_COLOR = (150, 150, 150)
@@ -282,7 +283,7 @@ def fit_shape(
     settings = request.settings()
     steps = run_core(lambda report: fit_body(given, settings, report), request.progress)
     body = steps[-1].body
-    return ModelResult(
+    result = ModelResult(
         body=body,
         colors=_plain(body),
         steps=tuple(steps),
@@ -292,6 +293,7 @@ def fit_shape(
         coverage=Coverage.of(body, [], samples) if len(samples) else None,
         notes=tuple(notes),
     )
+    return result.doubted([body_size_note(body)])
 
 
 def _plain(body: Body) -> NDArray[np.uint8]:

@@ -132,11 +132,6 @@ def test_degenerate_and_double_faces_and_unused_vertices_are_dropped(tmp_path: P
     assert np.abs(mesh.vertices).max() < 0.06
 
 
-def test_a_mesh_in_millimetres_is_read_and_doubted(tmp_path: Path) -> None:
-    mesh = read_mesh(write(tmp_path / "a.ply", BALL.vertices * 1000.0, BALL.faces))
-    assert any("millimetre" in note for note in mesh.notes)
-
-
 @pytest.mark.parametrize("name", ["banana", "bunny", "duck", "mug", "mustard", "spot"])
 def test_real_meshes_need_nothing(name: str) -> None:
     if not MESHES.is_dir():
@@ -377,20 +372,6 @@ def test_without_trimesh_the_pip_line_is_said(
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match="no such file"):
         read_mesh(tmp_path / "missing.ply")
-
-
-@pytest.mark.parametrize(
-    ("scale", "words"),
-    [(1e3, "if its unit is the millimetre"), (1e-3, "if its unit is the kilometre or the inch")],
-)
-def test_a_mesh_of_an_absurd_size_is_told_both_ways(
-    tmp_path: Path, scale: float, words: str
-) -> None:
-    ball = trimesh.creation.icosphere(2, 0.1)
-    ball.apply_scale(scale)
-    ball.export(tmp_path / "ball.ply")
-    (note,) = read_mesh(tmp_path / "ball.ply").notes
-    assert words in note
 
 
 def test_a_mesh_too_small_to_be_told_from_a_point_is_refused(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from scenes_solids import (
 from tiers import tiered
 
 from conftest import Command
+from servoid.model import Request, fit_mesh, fit_range_samples, range_samples_of_cloud
 from servoid.shape import load_body
 
 trimesh = pytest.importorskip("trimesh")
@@ -54,6 +55,28 @@ def test_a_mesh_becomes_a_body_of_the_count_asked_for(
     assert one.beyond(volume_figures(body, mesh)) == []
     assert body.seen is None
     assert "silhouette IoU" not in outcome.out
+
+
+@pytest.mark.parametrize("what", ["mesh", "cloud"])
+@pytest.mark.parametrize(
+    ("scale", "words"),
+    [(1e3, "if its unit is the millimetre"), (1e-3, "if its unit is the kilometre or the inch")],
+)
+def test_a_body_of_a_size_that_hardly_any_object_has_is_in_doubt(
+    scale: float, words: str, what: str
+) -> None:
+    mesh = stretched_ball()
+    corners = mesh.vertices * scale
+    request = Request(max_ellipsoids=1, delta=0.0)
+    if what == "mesh":
+        made = fit_mesh(corners, mesh.faces, request)
+    else:
+        samples = range_samples_of_cloud(corners, mesh.vertex_normals, None)
+        made = fit_range_samples(samples, request)
+    (doubt,) = made.all_doubts
+    assert words in doubt
+    assert made.fitness > 0.8
+    assert made.verdict.word == "rough"
 
 
 def test_a_mesh_has_a_report_without_views(tmp_path: Path, servoid_command: Command) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.config import SHAPE_FILE, read_bytes, size_note
+from servoid.config import SHAPE_FILE, read_bytes
 from servoid.errors import MeshError
 from servoid.exchange.shapes.ply_header import PlyElement, PlyHeader, read_ply_header
 from servoid.words import counted, digits, were
@@ -90,8 +90,6 @@ def read_cloud(path: Path, viewpoint: Sequence[float] | None = None) -> CloudFil
         notes += [] if lost == 0 else [f"{_lost_note(lost, len(points), viewpoint)}, and dropped"]
     if header.element("face") is not None:
         notes.append("the faces were ignored")
-    size = size_note("the cloud", np.ptp(points[kept], axis=0))
-    notes += [] if size is None else [size]
     normals = _read_normals(rows)
     if normals is not None and viewpoint is None and not normals[kept].any():
         raise MeshError(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from servoid.config import SHAPE_FILE, read_bytes, size_note
+from servoid.config import SHAPE_FILE, read_bytes
 from servoid.errors import MeshError, MissingExtraError, located
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_counts import check_counts
@@ -59,8 +59,8 @@ def read_mesh(path: Path) -> MeshFile:
     with located(str(path)):
         _check_numbers(vertices, faces)
         vertices, faces, notes = close_mesh(vertices, faces)
-    found = (apart_note(vertices, faces), size_note("the mesh", np.ptp(vertices, axis=0)))
-    return MeshFile(vertices, faces, (*notes, *(note for note in found if note is not None)))
+    apart = apart_note(vertices, faces)
+    return MeshFile(vertices, faces, (*notes, *(() if apart is None else (apart,))))
 
 
 def _parse(path: Path, data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

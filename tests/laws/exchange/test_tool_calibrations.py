@@ -195,7 +195,8 @@ def test_a_pair_that_opencv_calibrated_is_read_from_two_files_or_from_one(
         for camera, one in zip(found.cameras, (left, right), strict=True):
             check_projects(camera.lens, one)
         size, apart = found.notes
-        assert size.endswith("no size of images; it is taken as that of 640x480 pixels")
+        files = str(found.notes[1]).removeprefix("the cameras of ").split(" are ")[0]
+        assert size == f"there is no size of images in {files}; 640x480 pixels are taken"
         assert apart.endswith("apart, if its T is in metres") and " 120.2 mm " in apart
 
 

@@ -147,7 +147,7 @@ def _size_px(
             "image_height, such as image_width: 640"
         )
     width, height = sizes_px[0]
-    note = f"{place} names no size of images; it is taken as that of {width}x{height} pixels"
+    note = f"there is no size of images in {place}; {width}x{height} pixels are taken"
     return (width, height), (note,)
 
 

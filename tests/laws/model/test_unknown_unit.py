@@ -28,6 +28,7 @@ def test_its_file_page_and_exports_name_no_metres(
     done = servoid_command("model", unscaled, *few, "--out", body, "--report", report)
     assert done.code == 0, done.err
     assert "lengths are not in metres" in " ".join(done.out.split())
+    assert max(len(line) for line in done.out.splitlines() if str(tmp_path) not in line) <= 80
     assert json.loads(body.read_text())["units"] == "unknown"
     assert not load_body(body).is_metric
     page = (report / "report.html").read_text(encoding="utf-8")

@@ -37,7 +37,7 @@ def _rows(result: ModelResult, out: Path, pictures: Sequence[Path]) -> Iterator[
         yield "", _ious("unused", result.unused_views, result.iou_unused)
     if len(result.range_samples):
         yield "range samples", f"{len(result.range_samples)}"
-    yield "size", _size(result)
+    yield from wrapped("size", _size(result), _VALUE_WIDTH)
     if result.coverage is not None:
         yield "surface seen", f"{100.0 * result.coverage.share:.0f} %"
     yield "seconds", f"{result.seconds:.2f}"

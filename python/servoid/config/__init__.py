@@ -20,6 +20,7 @@ from servoid.config.limits import (
     TRIAL_FILE,
 )
 from servoid.config.places import (
+    beside,
     check_held,
     check_inside,
     exists,

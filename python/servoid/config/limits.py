@@ -30,7 +30,10 @@ BAG_MESSAGE = FileLimit("messages of bags", 512 * _MIB)
 STREAM_IMAGE = FileLimit("images of a stream over HTTP", 64 * _MIB)
 SETTINGS_FILE = FileLimit("capture.toml and other TOML files", 4 * _MIB)
 CALIBRATION_FILE = FileLimit(
-    "calibrations by other programs", 1 * _MIB, "the calibration as its program writes it"
+    "calibrations by other programs",
+    1 * _MIB,
+    "the calibration as its program writes it",
+    suffixes=(".yaml", ".yml", ".json"),
 )
 BODY_FILE = FileLimit(
     "bodies", 32 * _MIB, "a body, such as servoid model --out writes", suffixes=(".json",)

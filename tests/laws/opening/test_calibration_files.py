@@ -248,6 +248,11 @@ def test_one_file_of_a_pair_is_told_to_be_one_of_two(tmp_path: Path) -> None:
         cameras_of(tmp_path, ("camera",))
     with pytest.raises(ServoidError, match=r"cannot read .*gone\.yaml: no such file"):
         cameras_of(Path(f"{tmp_path}/left.yaml+gone.yaml"))
+    with pytest.raises(ServoidError, match=r"no such .* the folder has right\.yaml and left\.yaml"):
+        cameras_of(tmp_path / "rihgt.yaml")
+    (tmp_path / "right.yaml").unlink()
+    with pytest.raises(ServoidError, match=r"a folder without both .* the folder has left\.yaml"):
+        cameras_of(tmp_path)
     sample = {"camera_matrix": matrix_of(LENS), "distortion_coefficients": distortion_of(LENS)}
     write_opencv(tmp_path / "one.yml", sample)
     with pytest.raises(ServoidError, match="has 2; of a pair, give a file with M1, D1, M2"):

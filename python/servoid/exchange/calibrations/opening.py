@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from servoid.config import CALIBRATION_FILE, is_file, is_folder, read_text, read_yaml
+from servoid.config import CALIBRATION_FILE, beside, is_file, is_folder, read_text, read_yaml
 from servoid.errors import CaptureError
 from servoid.exchange.calibrations.kalibr import is_kalibr, read_kalibr
 from servoid.exchange.calibrations.opencv import is_opencv, read_opencv
@@ -64,6 +64,11 @@ def read_tool_calibration(
             f"{joined(list(map(str, paths)))} are several files; write their [[camera]] tables "
             "into one TOML file"
         )
+    if len(paths) == 1 and is_folder(paths[0]):
+        there = beside(paths[0] / "left.yaml", (_OWN_SUFFIX, *CALIBRATION_FILE.suffixes))
+        raise CaptureError(
+            f"{paths[0]} is a folder without both left.yaml and right.yaml; give a file: {there}"
+        )
     if len(paths) == 1 and not _is_tools(paths[0]):
         return None
     contents = [_table(path) for path in paths]
@@ -90,7 +95,7 @@ def _is_tools(path: Path) -> bool:
 
     Whether it can be read at all is left to its reader.
     """
-    if _is_own(path) or is_folder(path):
+    if _is_own(path):
         return False
     if path.suffix.lower() in _YAML_SUFFIXES:
         return True

@@ -156,6 +156,13 @@ def _of_files(text: str) -> SourceWord:
                 _refuse_other_kind(part)
                 raise CaptureError(f"{text}: there is no video {part}; correct its name")
         return SourceWord(text, Kind.VIDEOS, parts)
+    if len(parts) > 1 and all(
+        is_file(part) or is_folder(part) or _WILD.search(str(part)) for part in parts
+    ):
+        raise CaptureError(
+            f"{text}: a plus sign joins videos only; of images, write a capture.toml with a "
+            "[[camera]] table for each camera, such as one whose images are left/*.png"
+        )
     if _WILD.search(text):
         images = _images(map(Path, glob.glob(text)))  # noqa: PTH207
         if not images:

@@ -97,6 +97,13 @@ def test_several_files_are_written_in_one_word(tmp_path: Path) -> None:
     assert (halves.kind, halves.halves, halves.place) == (Kind.VIDEO, True, left)
 
 
+def test_two_folders_of_images_are_not_taken_for_a_file_that_is_missing(tmp_path: Path) -> None:
+    left, right = (write_images(tmp_path / name) for name in ("left", "right"))
+    for text in (f"{left}+{right}", f"{left}/*.png+{right}/*.png", f"{left}/001.png+{right}"):
+        with pytest.raises(CaptureError, match=r"a plus sign joins videos only; .* capture\.toml"):
+            parse_source(text)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

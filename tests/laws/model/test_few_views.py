@@ -143,4 +143,4 @@ def test_long_comparisons_say_what_they_do() -> None:
             progress=lambda told: stages.append(told.stage),
         )  # fmt: skip
     assert stages.count("comparing the views with each other") == 1
-    assert stages.count("comparing other orders of the poses") == 5
+    assert stages.count("comparing other orders of the poses") == 6

@@ -86,12 +86,13 @@ impl Tracker {
             || located
                 && shows_turn(&evidence, self.printed(&hypothesis.quality))
                 && self.is_finely_patterned(&hypothesis.quality)
+                && self.is_surely_printed()
                 && self.is_turn_visible(hypothesis)
                 && self.believes_relief(&hypothesis.quality);
         let most_drift = self.trust.most_drift(self.target.relief.is_open);
         let is_reliable = shows && is_turn_reliable(&evidence, most_drift);
-        let (visible, is_printed) = (hypothesis.quality.visible, self.is_surely_printed());
-        self.trust.orient(is_reliable, located && visible >= CLEAR, by_outline || is_printed);
+        let visible = hypothesis.quality.visible;
+        self.trust.orient(is_reliable, located && visible >= CLEAR);
         let is_reliable = self.trust.is_oriented;
         if located && !is_reliable {
             let adrift = shows && !evidence.drifts_little(most_drift);

@@ -26,11 +26,9 @@ const FOUND: f64 = 0.85;
 /// drift, where distances come from motion alone: a mirrored tilt often appears to drift just less
 /// than that.
 const REGAINED: f64 = 0.8;
-/// Clear images in a row in which the orientation is not reliable, after which it is not reported again
-/// of an object that may be without print: what is recognised there again slid along meanwhile.
+/// Clear images in a row in which the orientation is not reliable, and reliable ones in a row after which
+/// it is reported again: what is recognised there may agree with a wrong one for a moment.
 const UNRELIABLE: usize = 5;
-/// Reliable images in a row after which it is reported again: what is recognised there may agree with
-/// a wrong one for a moment.
 const REPORTED_AGAIN: usize = 4;
 /// Weight of the newest image in a mean over a few.
 const LATELY: f64 = 0.3;
@@ -182,12 +180,11 @@ impl Trust {
         if is_open && !self.is_oriented { REGAINED * ADRIFT_RAD } else { ADRIFT_RAD }
     }
 
-    /// Decides whether an orientation is reported that is reliable by itself; an image may be clear, and
-    /// the object surely printed.
-    pub(in crate::track) fn orient(&mut self, is_reliable: bool, is_clear: bool, is_printed: bool) {
+    /// Decides whether an orientation is reported that is reliable by itself; an image may be clear.
+    pub(in crate::track) fn orient(&mut self, is_reliable: bool, is_clear: bool) {
         self.reliable = if is_reliable { self.reliable + 1 } else { 0 };
         let was_long = self.unreliable > UNRELIABLE;
-        let is_again = is_printed && self.reliable >= REPORTED_AGAIN;
+        let is_again = self.reliable >= REPORTED_AGAIN;
         let is_believed = !self.found_turn.is_doubtful();
         self.is_oriented = is_reliable && is_believed && (!was_long || is_again);
         if self.is_oriented {
@@ -277,26 +274,21 @@ mod tests {
     }
 
     #[test]
-    fn an_orientation_that_was_long_unreliable_is_reported_again_only_of_what_is_surely_printed() {
+    fn an_orientation_that_was_long_unreliable_is_reported_again_after_some_reliable_images() {
         for images in 0..3 * UNRELIABLE {
-            for is_printed in [false, true] {
-                let mut trust = Trust::given(true);
-                for _ in 0..100 {
-                    trust.orient(false, false, is_printed);
-                }
-                trust.orient(true, true, is_printed);
-                assert!(trust.is_oriented, "what was hidden is no worse for it");
-                for _ in 0..images {
-                    trust.orient(false, true, is_printed);
-                    assert!(!trust.is_oriented);
-                }
-                for image in 1..100 {
-                    trust.orient(true, true, is_printed);
-                    let is_again = is_printed && image >= REPORTED_AGAIN;
-                    assert_eq!(trust.is_oriented, is_again || images <= UNRELIABLE);
-                }
-                trust.orient(true, true, true);
-                assert!(trust.is_oriented, "one that shows print at last");
+            let mut trust = Trust::given(true);
+            for _ in 0..100 {
+                trust.orient(false, false);
+            }
+            trust.orient(true, true);
+            assert!(trust.is_oriented, "what was hidden is no worse for it");
+            for _ in 0..images {
+                trust.orient(false, true);
+                assert!(!trust.is_oriented);
+            }
+            for image in 1..100 {
+                trust.orient(true, true);
+                assert_eq!(trust.is_oriented, image >= REPORTED_AGAIN || images <= UNRELIABLE);
             }
         }
     }
@@ -306,12 +298,12 @@ mod tests {
         let mut trust = Trust::given(true);
         for image in 0..100 {
             let is_reliable = image > UNRELIABLE && image % REPORTED_AGAIN > 0;
-            trust.orient(is_reliable, true, true);
+            trust.orient(is_reliable, true);
             assert!(!trust.is_oriented, "{image}");
         }
-        trust.orient(false, true, true);
+        trust.orient(false, true);
         trust.confirm_turn();
-        trust.orient(true, true, true);
+        trust.orient(true, true);
         assert!(trust.is_oriented);
     }
 

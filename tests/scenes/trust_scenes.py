@@ -6,6 +6,7 @@ A course is drawn as a capture with its truth, as the research recordings are la
 pair, a mask in the first left image only, `truth/left_from_object.csv` and `truth/mesh.obj`.
 """
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -20,8 +21,9 @@ from servoid.exchange.shapes.mesh_file import read_mesh
 from servoid.pose import Pose
 from servoid.record import Waypoint, write_trajectory
 from servoid.sim.samples.surface import obj_text
+from servoid.sim.world.events.motions import row_of
 from servoid.sim.world.objects.loft import lathe
-from servoid.sim.world.scene.visuals import OBJECT, Finish, MeshShape, Texture, Visual
+from servoid.sim.world.scene.visuals import OBJECT, Capsule, Finish, MeshShape, Texture, Visual
 from servoid_experiments.modelling.designs import design_of
 from servoid_experiments.stage import EyeMode
 from servoid_experiments.tracking.scene import RATE_HZ, Scene, SetUp
@@ -92,6 +94,11 @@ _PROFILES = {
 }
 _RINGS = 60
 _PAINTS = {SKITTLE: (0.8, 0.25, 0.2), PLAIN_BOTTLE: (0.25, 0.5, 0.75)}
+# A pale jug, open at the top, with a handle of capsules: its rims and handle look like print.
+JUG = "jug"
+_JUG = ((0, -75), (60, -75), (45, 75), (42, 75), (57, -72), (0, -72))
+_HANDLE = ((45, 55), (82, 50), (88, -25), (56, -45))  # in millimetres to the left, and up
+_HANDLE_MM = 9  # radius
 _LABEL_PX, _GLASS = (200, 600), (60, 120, 190)  # of its texture, once around; grey levels of sRGB
 
 
@@ -101,6 +108,10 @@ def mesh_of(name: str) -> Mesh:
     if name in _PROFILES:
         made = _lathed(name)
         return close_mesh(made.vertices, made.faces)[:2]
+    if name == JUG:
+        pot = _jug()[0].shape
+        assert isinstance(pot, MeshShape)
+        return pot.vertices, pot.faces
     if not name.startswith(_TOY):
         design = design_of(name)
         return design.vertices, design.faces
@@ -118,6 +129,23 @@ def _lathed(name: str) -> MeshShape:
     return replace(made, vertices=made.vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0))
 
 
+def _jug() -> tuple[Visual, ...]:
+    radii_and_heights = [(1e-3 * radius, 1e-3 * height) for radius, height in _JUG]
+    made = lathe(radii_and_heights)
+    pot = replace(made, vertices=made.vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0))
+    finish = Finish(color=(0.8, 0.8, 0.75), gloss=GLOSS)
+    parts = [Visual(pot, finish, OBJECT)]
+    for one, other in itertools.pairwise(1e-3 * np.array(_HANDLE)):
+        middle, half = 0.5 * (one + other), 0.5 * (other - one)
+        # The capsule's axis z is turned up, then aside.
+        lean = float(np.arctan2(-half[0], half[1]))
+        turn = Pose.exp([0.0, 0.0, 0.0, 0.0, 0.0, lean]) @ Pose.exp([0, 0, 0, np.pi / 2, 0, 0])
+        place = Pose.exp([-middle[0], -middle[1], 0.0, 0.0, 0.0, 0.0]) @ turn
+        capsule = Capsule(1e-3 * _HANDLE_MM, float(np.linalg.norm(half)))
+        parts.append(Visual(capsule, finish, OBJECT, row_of(place)))
+    return tuple(parts)
+
+
 def _label() -> Texture:
     """Draw a label of coloured blocks on a third of a bottle's girth, at first in front."""
     height, width = _LABEL_PX
@@ -131,6 +159,8 @@ def _label() -> Texture:
 
 def parts_of(name: str) -> tuple[Visual, ...] | None:
     """Return what a toy is drawn as; nothing for the world's own objects, which it draws itself."""
+    if name == JUG:
+        return _jug()
     if name == LABELLED:
         return (Visual(_lathed(name), Finish(texture=_label(), gloss=GLOSS), OBJECT),)
     if name not in _PAINTS and not name.startswith(_TOY):
@@ -214,13 +244,17 @@ TOY_COURSES = {
     "toys": Course(_ALL_TOYS, 60, 3.0, turned_deg=sway),
     "toys that turn": Course(_ALL_TOYS, 60, 3.0, turned_deg=on_and_on),
 }
+JUGS = {
+    "jug": Course((JUG,), 60, 3.0, turned_deg=sway),
+    "jug that turns": Course((JUG,), 60, 3.0, turned_deg=on_and_on),
+}
 SPINS = {
     "skittle": Course((SKITTLE,), 60, 3.0, turned_deg=on_and_on),
     "plain bottle": Course((PLAIN_BOTTLE,), 60, 3.0, turned_deg=on_and_on),
     "labelled bottle": Course((LABELLED,), 100, 3.0, turned_deg=on_and_on),
 }
 # The toys only where their meshes lie beside the repository.
-ALL_COURSES = COURSES | PLAIN_COURSES | LEAVING_COURSES | SPINS | TOY_COURSES
+ALL_COURSES = COURSES | PLAIN_COURSES | LEAVING_COURSES | SPINS | JUGS | TOY_COURSES
 
 
 def write_course(folder: Path, name: str, seed: int, size_px: tuple[int, int] = SMALL) -> Path:

@@ -51,6 +51,17 @@ def test_a_banana_is_told_by_its_bend_also_once_its_highlights_have_turned_away(
     assert found.tracking.mean() >= 0.2  # 22 of 59; none while its lever had to be a bottle's
 
 
+@pytest.mark.extended
+@pytest.mark.parametrize("course", ["jug", "jug that turns"])
+def test_the_rims_of_a_plain_jug_are_no_print_that_tells_its_turn(
+    course: str, tmp_path: Path
+) -> None:
+    write_course(tmp_path / "jug", course, 3, FULL)
+    found = plain_course(tmp_path / "jug", 3, adjusted=True)
+    assert found.wrong.any()
+    assert not found.trusted_wrong.any()  # 21 and 9 of 59 while points told it that may be shading
+
+
 def test_outlines_adjust_bodies_of_one_look_that_evolve_unless_told_otherwise() -> None:
     body = Body(
         world_from_object=Pose.identity(),

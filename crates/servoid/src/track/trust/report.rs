@@ -85,8 +85,7 @@ impl Tracker {
         let shows = by_outline
             || located
                 && shows_turn(&evidence, self.printed(&hypothesis.quality))
-                && self.is_finely_patterned(&hypothesis.quality)
-                && self.is_surely_printed()
+                && self.shows_print(&hypothesis.quality)
                 && self.is_turn_visible(hypothesis)
                 && self.believes_relief(&hypothesis.quality);
         let most_drift = self.trust.most_drift(self.target.relief.is_open);

@@ -308,7 +308,7 @@ pub fn samples(radius: f64) -> Vec<RangeSample> {
 #[test]
 fn what_few_views_show_is_modelled_though_no_point_of_it_was_measured() {
     let scene =
-        Scene::new(&[solid([0.0; 3], [0.05; 3]), solid([0.07, 0.0, 0.0], [0.03, 0.01, 0.01])]);
+        Scene::new(&[solid([0.0; 3], [0.05; 3]), solid([0.07, 0.0, 0.0], [0.05, 0.02, 0.02])]);
     let (views, samples) = (scene.views(), samples(0.05));
     let views = &views[..2];
     let given = ModelInput::default().with(|it| (it.views, it.samples) = (views, &samples));

@@ -1,7 +1,7 @@
 use super::best_by_count::BestByCount;
 use crate::camera::View;
 use crate::fitness::{Fitness, RangeSample};
-use crate::model::scene::Scene;
+use crate::model::scene::{Scene, silhouette_ious};
 use crate::model::{ModelError, ModelInput, Settings};
 
 /// One view or stripe of measured points in this many is held out.
@@ -12,6 +12,8 @@ const LEAST_VIEWS: usize = 6;
 const STRIPES: usize = 16;
 /// With fewer measured points than this, all are needed.
 const LEAST_SAMPLES: usize = 200;
+/// Overlap with the mask of each view from which on measured points choose alone.
+const EXPLAINED: f64 = 0.85;
 
 /// Evidence in two parts: one to model from, and one to select the number of ellipsoids by.
 pub(in crate::model) struct HoldOut<'a> {
@@ -52,8 +54,8 @@ impl<'a> HoldOut<'a> {
     }
 
     /// Selects the number of ellipsoids whose body agrees best with the held-out part, where each
-    /// ellipsoid must gain δ. Views that are too few to hold one out count as well: they may show what
-    /// has no measured point, such as the handle of a plain jug.
+    /// ellipsoid must gain δ. If that body leaves out much of views that are too few to hold one out,
+    /// these count as well: they show what has no measured point, such as the handle of a plain jug.
     pub fn choose(
         &self,
         given: &ModelInput<'a>,
@@ -61,20 +63,23 @@ impl<'a> HoldOut<'a> {
         scene: &Scene,
         settings: &Settings,
     ) -> Result<usize, ModelError> {
+        let best_by = |views: &[View<'_>]| {
+            let (samples, weights) = (&*self.samples[1], given.weights);
+            let held = ModelInput { views, samples, mesh: None, weights };
+            let objective = scene.finest(&held)?;
+            let worth = |count: usize| {
+                objective.total.score(&by_count.at(count).quadrics) - settings.delta * count as f64
+            };
+            let counts = 1..=by_count.max_count().min(settings.max_ellipsoids);
+            let best = counts.rev().max_by(|&a, &b| worth(a).total_cmp(&worth(b)));
+            Ok::<_, ModelError>(best.unwrap_or(1))
+        };
         let [all, held] = &self.views;
-        let held = ModelInput {
-            views: if held.is_empty() { all } else { held },
-            samples: &self.samples[1],
-            mesh: None,
-            weights: given.weights,
-        };
-        let objective = scene.finest(&held)?;
-        let worth = |count: usize| {
-            objective.total.score(&by_count.at(count).quadrics) - settings.delta * count as f64
-        };
-        let counts = 1..=by_count.max_count().min(settings.max_ellipsoids);
-        let best = counts.rev().max_by(|&a, &b| worth(a).total_cmp(&worth(b)));
-        Ok(best.unwrap_or(1))
+        let best = best_by(held)?;
+        let is_asked = held.is_empty() && given.weights.silhouettes > 0.0;
+        let overlaps = silhouette_ious(&scene.body(&by_count.at(best).quadrics)?, all);
+        let is_poor = overlaps.iter().any(|overlap| *overlap < EXPLAINED);
+        if is_asked && is_poor { best_by(all) } else { Ok(best) }
     }
 }
 

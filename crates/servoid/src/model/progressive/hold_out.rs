@@ -76,10 +76,12 @@ impl<'a> HoldOut<'a> {
         };
         let [all, held] = &self.views;
         let best = best_by(held)?;
-        let is_asked = held.is_empty() && given.weights.silhouettes > 0.0;
+        if !held.is_empty() || given.weights.silhouettes == 0.0 {
+            return Ok(best);
+        }
         let overlaps = silhouette_ious(&scene.body(&by_count.at(best).quadrics)?, all);
-        let is_poor = overlaps.iter().any(|overlap| *overlap < EXPLAINED);
-        if is_asked && is_poor { best_by(all) } else { Ok(best) }
+        let is_explained = overlaps.iter().all(|overlap| *overlap >= EXPLAINED);
+        if is_explained { Ok(best) } else { best_by(all) }
     }
 }
 

@@ -1,6 +1,7 @@
 """Reads a file with a calibration that the user supplies: servoid's own, or another program's."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -43,6 +44,7 @@ def read_calibration(
     """Return the cameras of a calibration, and messages for the user.
 
     The cameras are in the order of `names` where their names are equal, else in the calibration's.
+    Of another program's, which has no rig, the first of them is the rig's origin.
 
     Raises:
         CaptureError: the calibration is damaged or incomplete, or is that of other cameras.
@@ -51,7 +53,8 @@ def read_calibration(
 
     """
     path = " and ".join(map(str, paths))
-    found = read_tool_calibration(paths, sizes_px) or _own(paths[0])
+    tool = read_tool_calibration(paths, sizes_px)
+    found = tool or _own(paths[0])
     cameras = list(found.cameras)
     if len(cameras) != len(names):
         cure = "give the calibration of those that took it"
@@ -62,6 +65,8 @@ def read_calibration(
         )
     if {camera.name for camera in cameras} == set(names):
         cameras.sort(key=lambda camera: names.index(camera.name))
+    if tool is not None and cameras[0] is not found.cameras[0]:
+        cameras = _from_first(cameras)
     for camera, size_px in zip(cameras, sizes_px or (), strict=False):
         if camera.lens.size_px != tuple(size_px):
             raise CaptureError(
@@ -70,6 +75,15 @@ def read_calibration(
                 "that was made for this size"
             )
     return tuple(cameras), found.notes
+
+
+def _from_first(cameras: Sequence[MountedCamera]) -> list[MountedCamera]:
+    """Return cameras on a rig whose origin is the first of them."""
+    first_from_rig = cameras[0].rig_from_camera.inverse()
+    return [
+        replace(camera, rig_from_camera=first_from_rig @ camera.rig_from_camera)
+        for camera in cameras
+    ]
 
 
 def _own(path: Path) -> ToolCalibration:

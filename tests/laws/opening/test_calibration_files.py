@@ -73,6 +73,20 @@ rig_from_camera = {pose.matrix().tolist()}
     return path
 
 
+def test_the_first_camera_of_the_source_is_the_origin_whichever_a_tool_names_first(
+    tmp_path: Path,
+) -> None:
+    write_ros_pair(tmp_path, LENS, LENS, RIGHT_FROM_LEFT)
+    left, right = (tmp_path / f"{name}.yaml" for name in NAMES)
+    for path in (Path(f"{left}+{right}"), Path(f"{right}+{left}")):
+        for names in (NAMES, NAMES[::-1]):
+            first, second = cameras_of(path, names)
+            assert (first.name, second.name) == names
+            assert np.abs(first.rig_from_camera.log()).max() < 1e-9
+            other = RIGHT_FROM_LEFT if names == NAMES else RIGHT_FROM_LEFT.inverse()
+            assert np.abs((second.rig_from_camera @ other).log()).max() < 1e-9
+
+
 def test_a_camchain_of_a_known_rig_gives_the_cameras_of_its_rig_toml(tmp_path: Path) -> None:
     own = cameras_of(write_rig(tmp_path / "rig.toml"))
     kalibrs = cameras_of(write(tmp_path / "camchain.yaml", chain()))

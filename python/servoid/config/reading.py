@@ -1,5 +1,6 @@
 """Reads whole files and the text of TOML and JSON; never opens pipes, devices or huge files."""
 
+import codecs
 import re
 import stat
 from collections.abc import Sequence
@@ -88,12 +89,17 @@ def read_text(
     """Return the text of a file of a kind.
 
     Raises:
-        error: the file cannot be read, is too large, or is not UTF-8.
+        error: the file cannot be read, is too large, is no text, or is not UTF-8.
 
     """
+    data = read_bytes(path, error, limit)
     try:
-        return read_bytes(path, error, limit).decode(encoding)
+        return data.decode(encoding)
     except UnicodeDecodeError as reason:
+        is_wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        if b"\0" in data and not is_wide:
+            words = "the file is not text; it may be an image, a video or an archive: give the right one"
+            raise error(f"{path}: {words}") from reason
         raise error(f"{path}: the file is not UTF-8 text; save it as UTF-8") from reason
 
 

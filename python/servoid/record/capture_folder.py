@@ -83,7 +83,8 @@ class FolderRecorder:
         except OSError as error:
             for path in written:  # remove the incomplete files, which also frees disk space
                 path.unlink(missing_ok=True)
-            raise OutputError(f"cannot record into {self._folder}: {error.strerror}") from error
+            reason = (error.strerror or str(error)).lower()
+            raise OutputError(f"cannot record into {self._folder}: {reason}") from error
         self._rows += rows
         self._times_s.append(raw.time_s)
         self._poses.append(world_from_rig or Pose.identity())
@@ -109,9 +110,9 @@ class FolderRecorder:
         try:
             move_to(self._folder, self._draft)  # an empty folder may be there
         except OSError as error:
+            reason = (error.strerror or str(error)).lower()
             raise OutputError(
-                f"cannot record into {self._folder}: {error.strerror}; the recording is in "
-                f"{self._draft}"
+                f"cannot record into {self._folder}: {reason}; the recording is in {self._draft}"
             ) from error
         return self._folder
 

@@ -24,7 +24,7 @@ from servoid.config.limits import (
     SETTINGS_FILE,
     FileLimit,
 )
-from servoid.config.reading import read_bytes, read_json, read_toml_text
+from servoid.config.reading import read_bytes, read_json, read_text, read_toml_text
 from servoid.errors import BodyError, CaptureError, ServoidError
 from servoid.shape import load_body
 
@@ -258,6 +258,22 @@ def test_a_fault_in_json_is_told_with_its_place(tmp_path: Path, content: bytes, 
     path.write_bytes(content)
     with pytest.raises(BodyError, match=rf"body\.json is not valid JSON: ({said})"):
         read_json(path, BodyError, BODY_FILE)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "the file is not text; it may be an image"),
+        ('{"version": 1}'.encode("utf-16"), "the file is not UTF-8 text; save it as UTF-8"),
+    ],
+)
+def test_a_file_that_is_no_text_is_not_to_be_saved_as_utf_8(
+    tmp_path: Path, content: bytes, said: str
+) -> None:
+    path = tmp_path / "body.json"
+    path.write_bytes(content)
+    with pytest.raises(BodyError, match=said):
+        read_text(path, BodyError, BODY_FILE)
 
 
 @pytest.mark.parametrize(

@@ -48,11 +48,6 @@ fn is_smooth(reference: &Reference, cameras: usize) -> bool {
     fine < finely(cameras) || !is_likely && print(reference, cameras) < LIKELY.2
 }
 
-fn is_surely_printed(reference: &Reference, cameras: usize) -> bool {
-    let each = reference.most_textured / cameras as f64;
-    reference.most_fine >= SURELY.0 && each >= RICH || print(reference, cameras) >= SURELY.1
-}
-
 fn finely(cameras: usize) -> f64 {
     if cameras > 1 { FINELY } else { FINELY_ALONE }
 }
@@ -74,20 +69,20 @@ impl Tracker {
         is_smooth(&self.target.reference, self.frame.cameras.len())
     }
 
-    /// Returns whether an object showed so much of a fine pattern that its points cannot be shading.
-    pub(in crate::track) fn is_surely_printed(&self) -> bool {
-        is_surely_printed(&self.target.reference, self.frame.cameras.len())
+    /// Returns whether the object showed a pattern that is finer than shading, on any side.
+    pub(in crate::track) fn is_finely_patterned(&self, quality: &Quality) -> bool {
+        if self.target.reference.fine_share.is_some() {
+            return !self.is_smooth();
+        }
+        // The first image is all that is known.
+        quality.fine_share() >= finely(self.frame.cameras.len())
     }
 
-    /// Returns whether what is recognised is print, and no rim, highlight or shading.
-    pub(in crate::track) fn shows_print(&self, quality: &Quality) -> bool {
-        let mut reference = self.target.reference;
-        if reference.fine_share.is_none() {
-            // The first image is all that is known.
-            reference.begin(quality);
-        }
-        let cameras = self.frame.cameras.len();
-        is_surely_printed(&reference, cameras) && !is_smooth(&reference, cameras)
+    /// Returns whether an object showed so much of a fine pattern that its points cannot be shading.
+    pub(in crate::track) fn is_surely_printed(&self) -> bool {
+        let (reference, cameras) = (&self.target.reference, self.frame.cameras.len());
+        let each = reference.most_textured / cameras as f64;
+        reference.most_fine >= SURELY.0 && each >= RICH || print(reference, cameras) >= SURELY.1
     }
 
     /// Returns whether most of what is usually recognised is a pattern, and enough of it is seen, at
@@ -110,14 +105,17 @@ mod tests {
     fn what_varies_as_slowly_as_shading_is_no_fine_pattern_unless_one_was_seen_before() {
         let mut toy = tracker(Status::Tracking, 60.0);
         let smooth = Quality { fine: 20.0, ..quality(1.0, 60.0) };
-        assert!(!toy.shows_print(&smooth));
-        assert!(toy.shows_print(&quality(1.0, 60.0)), "the first image is all that is known");
+        assert!(!toy.is_finely_patterned(&smooth));
+        assert!(
+            toy.is_finely_patterned(&quality(1.0, 60.0)),
+            "the first image is all that is known"
+        );
         toy.target.reference.begin(&smooth);
-        assert!(!toy.shows_print(&quality(1.0, 60.0)), "a single image");
-        for _ in 0..100 {
+        assert!(!toy.is_finely_patterned(&quality(1.0, 60.0)), "a single image");
+        for _ in 0..40 {
             toy.target.reference.follow(&quality(1.0, 60.0), 0.5);
         }
-        assert!(toy.shows_print(&smooth), "one that turned its label away");
+        assert!(toy.is_finely_patterned(&smooth), "one that turned its label away");
     }
 
     #[test]
@@ -131,7 +129,7 @@ mod tests {
                 Quality { textured, printed: textured, fine: fine * all, ..quality(1.0, all) };
             object.target.reference = Reference::default();
             object.target.reference.begin(&seen);
-            !object.is_smooth()
+            object.is_finely_patterned(&seen)
         };
         assert!(!patterned(23.5, 0.51, 0.77), "shading of two plain ellipsoids");
         assert!(!patterned(22.0, 0.57, 0.86), "shading of a plain mug");

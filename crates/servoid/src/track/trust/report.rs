@@ -76,7 +76,9 @@ impl Tracker {
         let known = uncertainty(&measured, radius);
         if followed {
             self.doubt_turn(observation, &hypothesis.pose);
+            self.trust.follow_outline(hypothesis.quality.outline);
         }
+        let is_printed = self.is_surely_printed();
         let located = followed && self.is_located(&hypothesis.quality);
         let adjusted = self.outlined_covariance(observation, hypothesis).filter(|_| located);
         let by_outline = located && (adjusted.is_some() || self.is_turn_outlined(hypothesis));
@@ -85,13 +87,14 @@ impl Tracker {
         let shows = by_outline
             || located
                 && shows_turn(&evidence, self.printed(&hypothesis.quality))
-                && self.shows_print(&hypothesis.quality)
+                && self.is_finely_patterned(&hypothesis.quality)
+                && (is_printed || !self.trust.outline_fell)
                 && self.is_turn_visible(hypothesis)
                 && self.believes_relief(&hypothesis.quality);
         let most_drift = self.trust.most_drift(self.target.relief.is_open);
         let is_reliable = shows && is_turn_reliable(&evidence, most_drift);
         let visible = hypothesis.quality.visible;
-        self.trust.orient(is_reliable, located && visible >= CLEAR);
+        self.trust.orient(is_reliable, located && visible >= CLEAR, by_outline || is_printed);
         let is_reliable = self.trust.is_oriented;
         if located && !is_reliable {
             let adrift = shows && !evidence.drifts_little(most_drift);

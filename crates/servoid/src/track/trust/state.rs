@@ -26,12 +26,18 @@ const FOUND: f64 = 0.85;
 /// drift, where distances come from motion alone: a mirrored tilt often appears to drift just less
 /// than that.
 const REGAINED: f64 = 0.8;
-/// Clear images in a row in which the orientation is not reliable, and reliable ones in a row after which
-/// it is reported again: what is recognised there may agree with a wrong one for a moment.
+/// Clear images in a row in which the orientation is not reliable, after which it is not reported again
+/// of an object that may be without print: what is recognised there again slid along meanwhile.
 const UNRELIABLE: usize = 5;
+/// Reliable images in a row after which it is reported again: what is recognised there may agree with
+/// a wrong one for a moment.
 const REPORTED_AGAIN: usize = 4;
 /// Weight of the newest image in a mean over a few.
 const LATELY: f64 = 0.3;
+/// Mean agreement of the outline with the boundary lately, compared with its best so far, below which
+/// points that may be no print have slid: drawn jugs and ducks reach 0.3 to 0.8, a soft pattern that is
+/// recognised all over 1.
+const FALLEN: f64 = 0.85;
 /// Images without the object after which it counts as lost.
 const LOST_AFTER: usize = 15;
 /// Images in which the object is sought near its predicted pose, before every other one is searched
@@ -67,6 +73,11 @@ pub(in crate::track) struct Trust {
     reliable: usize,
     /// Images in a row in which it was sought, as it was missed or not proved to be the lost one.
     sought: usize,
+    /// Mean agreement of the outline with the boundary lately, its best so far, and whether it ever
+    /// fell far below that.
+    outline: Option<f64>,
+    best_outline: f64,
+    pub(super) outline_fell: bool,
     /// Images in which the orientation had drifted, since it was last known well.
     pub(in crate::track) adrift: usize,
     /// Images since as much of it as usual was seen.
@@ -92,6 +103,15 @@ impl Trust {
     pub(in crate::track) fn follow_turning(&mut self, share: f64) -> f64 {
         self.turning += LATELY * (share - self.turning);
         self.turning
+    }
+
+    /// Notes how well the outline agrees with the boundary where the object is followed.
+    pub(super) fn follow_outline(&mut self, agreement: f64) {
+        let before = self.outline.unwrap_or(agreement);
+        let lately = before + LATELY * (agreement - before);
+        self.outline = Some(lately);
+        self.best_outline = self.best_outline.max(lately);
+        self.outline_fell |= lately < FALLEN * self.best_outline;
     }
 
     pub(in crate::track) fn is_started(&self) -> bool {
@@ -180,11 +200,12 @@ impl Trust {
         if is_open && !self.is_oriented { REGAINED * ADRIFT_RAD } else { ADRIFT_RAD }
     }
 
-    /// Decides whether an orientation is reported that is reliable by itself; an image may be clear.
-    pub(in crate::track) fn orient(&mut self, is_reliable: bool, is_clear: bool) {
+    /// Decides whether an orientation is reported that is reliable by itself; an image may be clear, and
+    /// the object surely printed.
+    pub(in crate::track) fn orient(&mut self, is_reliable: bool, is_clear: bool, is_printed: bool) {
         self.reliable = if is_reliable { self.reliable + 1 } else { 0 };
         let was_long = self.unreliable > UNRELIABLE;
-        let is_again = self.reliable >= REPORTED_AGAIN;
+        let is_again = is_printed && self.reliable >= REPORTED_AGAIN;
         let is_believed = !self.found_turn.is_doubtful();
         self.is_oriented = is_reliable && is_believed && (!was_long || is_again);
         if self.is_oriented {
@@ -274,23 +295,43 @@ mod tests {
     }
 
     #[test]
-    fn an_orientation_that_was_long_unreliable_is_reported_again_after_some_reliable_images() {
+    fn an_orientation_that_was_long_unreliable_is_reported_again_only_of_what_is_surely_printed() {
         for images in 0..3 * UNRELIABLE {
-            let mut trust = Trust::given(true);
-            for _ in 0..100 {
-                trust.orient(false, false);
-            }
-            trust.orient(true, true);
-            assert!(trust.is_oriented, "what was hidden is no worse for it");
-            for _ in 0..images {
-                trust.orient(false, true);
-                assert!(!trust.is_oriented);
-            }
-            for image in 1..100 {
-                trust.orient(true, true);
-                assert_eq!(trust.is_oriented, image >= REPORTED_AGAIN || images <= UNRELIABLE);
+            for is_printed in [false, true] {
+                let mut trust = Trust::given(true);
+                for _ in 0..100 {
+                    trust.orient(false, false, is_printed);
+                }
+                trust.orient(true, true, is_printed);
+                assert!(trust.is_oriented, "what was hidden is no worse for it");
+                for _ in 0..images {
+                    trust.orient(false, true, is_printed);
+                    assert!(!trust.is_oriented);
+                }
+                for image in 1..100 {
+                    trust.orient(true, true, is_printed);
+                    let is_again = is_printed && image >= REPORTED_AGAIN;
+                    assert_eq!(trust.is_oriented, is_again || images <= UNRELIABLE);
+                }
+                trust.orient(true, true, true);
+                assert!(trust.is_oriented, "one that shows print at last");
             }
         }
+    }
+
+    #[test]
+    fn an_outline_that_fell_once_is_noted_for_good_and_one_bad_image_is_no_fall() {
+        let mut trust = Trust::given(true);
+        for image in 0..50 {
+            trust.follow_outline(if image == 20 { 0.5 } else { 0.8 });
+            assert!(!trust.outline_fell, "{image}");
+        }
+        for _ in 0..10 {
+            trust.follow_outline(0.4);
+        }
+        assert!(trust.outline_fell);
+        trust.follow_outline(0.8);
+        assert!(trust.outline_fell);
     }
 
     #[test]
@@ -298,12 +339,12 @@ mod tests {
         let mut trust = Trust::given(true);
         for image in 0..100 {
             let is_reliable = image > UNRELIABLE && image % REPORTED_AGAIN > 0;
-            trust.orient(is_reliable, true);
+            trust.orient(is_reliable, true, true);
             assert!(!trust.is_oriented, "{image}");
         }
-        trust.orient(false, true);
+        trust.orient(false, true, true);
         trust.confirm_turn();
-        trust.orient(true, true);
+        trust.orient(true, true, true);
         assert!(trust.is_oriented);
     }
 

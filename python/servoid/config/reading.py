@@ -98,7 +98,7 @@ def read_text(
     except UnicodeDecodeError as reason:
         is_wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         if b"\0" in data and not is_wide:
-            words = "the file is not text; it may be an image, a video or an archive: give the right one"
+            words = "it is an image, a video or another file that is no text; give the right one"
             raise error(f"{path}: {words}") from reason
         raise error(f"{path}: the file is not UTF-8 text; save it as UTF-8") from reason
 

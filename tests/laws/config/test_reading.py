@@ -263,7 +263,7 @@ def test_a_fault_in_json_is_told_with_its_place(tmp_path: Path, content: bytes, 
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "the file is not text; it may be an image"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "is no text; give the right one"),
         ('{"version": 1}'.encode("utf-16"), "the file is not UTF-8 text; save it as UTF-8"),
     ],
 )

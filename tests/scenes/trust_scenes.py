@@ -109,8 +109,7 @@ def mesh_of(name: str) -> Mesh:
         made = _lathed(name)
         return close_mesh(made.vertices, made.faces)[:2]
     if name == JUG:
-        pot = _jug()[0].shape
-        assert isinstance(pot, MeshShape)
+        pot = _pot()
         return pot.vertices, pot.faces
     if not name.startswith(_TOY):
         design = design_of(name)
@@ -125,16 +124,20 @@ def mesh_of(name: str) -> Mesh:
 def _lathed(name: str) -> MeshShape:
     radii, heights = 1e-3 * np.array(_PROFILES[name]).T
     rings = np.linspace(heights[0], heights[-1], _RINGS)  # many, for sharp creases
-    made = lathe(list(zip(np.interp(rings, heights, radii), rings, strict=True)))
+    return _upright(lathe(list(zip(np.interp(rings, heights, radii), rings, strict=True))))
+
+
+def _upright(made: MeshShape) -> MeshShape:
     return replace(made, vertices=made.vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0))
 
 
+def _pot() -> MeshShape:
+    return _upright(lathe([(1e-3 * radius, 1e-3 * height) for radius, height in _JUG]))
+
+
 def _jug() -> tuple[Visual, ...]:
-    radii_and_heights = [(1e-3 * radius, 1e-3 * height) for radius, height in _JUG]
-    made = lathe(radii_and_heights)
-    pot = replace(made, vertices=made.vertices[:, [0, 2, 1]] * (1.0, -1.0, 1.0))
     finish = Finish(color=(0.8, 0.8, 0.75), gloss=GLOSS)
-    parts = [Visual(pot, finish, OBJECT)]
+    parts = [Visual(_pot(), finish, OBJECT)]
     for one, other in itertools.pairwise(1e-3 * np.array(_HANDLE)):
         middle, half = 0.5 * (one + other), 0.5 * (other - one)
         # The capsule's axis z is turned up, then aside.

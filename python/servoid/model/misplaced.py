@@ -74,7 +74,7 @@ _CONVENTIONS: tuple[tuple[str, Callable[[Pose], Pose]], ...] = (
     ),
     (
         "those with quaternions in the order x, y, z, w, as in ROS and SciPy: write w first",
-        lambda pose: Pose.from_parts(pose.translation, np.roll(pose.quaternion, 1)),
+        lambda pose: Pose.from_xyzw(pose.translation, pose.quaternion),
     ),
 )
 """Conventions of poses to try: what they are and what to do, and world_from_camera of a pose."""

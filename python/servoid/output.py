@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from servoid.errors import OutputError
+from servoid.words import reason_of
 
 _FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
 _ELSEWHERE = "choose a folder that you may write to"
@@ -321,5 +322,5 @@ def _beside(path: Path) -> Path:
 
 def _reason(error: OSError) -> str:
     """Return why nothing could be written, and what to do where another place is all it takes."""
-    reason = (error.strerror or str(error)).lower()
+    reason = reason_of(error)
     return f"{reason}; {_ELSEWHERE}" if error.errno in _FORBIDDEN else reason

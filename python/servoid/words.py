@@ -51,6 +51,11 @@ def digits(number: float) -> str:
     return f"{number:.6g}"
 
 
+def reason_of(error: OSError) -> str:
+    """Return why the operating system refused, in words such as `is a directory`."""
+    return (error.strerror or str(error)).lower()
+
+
 def measured(number: float) -> str:
     """Format what was measured with four significant digits at most."""
     return digits(float(f"{number:.4g}"))

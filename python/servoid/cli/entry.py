@@ -20,6 +20,7 @@ from servoid.cli.messages import print_message
 from servoid.cli.wrong_options import OptionError
 from servoid.errors import ServoidError
 from servoid.output import noted_writes
+from servoid.words import reason_of
 
 FAILED = 1
 WRONG_OPTION = 2
@@ -110,10 +111,9 @@ def _is_of_printing(error: OSError) -> bool:
 
 
 def _unprinted(error: OSError) -> str:
-    reason = (error.strerror or str(error)).lower()
     return (
-        f"error: cannot write to standard output: {reason}; make room there, or redirect the "
-        "output to another place"
+        f"error: cannot write to standard output: {reason_of(error)}; make room there, or redirect "
+        "the output to another place"
     )
 
 

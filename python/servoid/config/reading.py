@@ -14,6 +14,7 @@ from servoid.config.json_fault import json_fault, repeated_key
 from servoid.config.limits import MOST_NESTED, SETTINGS_FILE, FileLimit
 from servoid.config.places import beside
 from servoid.errors import ServoidError
+from servoid.words import reason_of
 
 ErrorT = TypeVar("ErrorT", bound=ServoidError)
 
@@ -80,7 +81,7 @@ def missing(path: Path, error: type[ErrorT], wanted: str, suffixes: Sequence[str
 
 def unreadable(path: Path, reason: OSError, error: type[ErrorT]) -> ErrorT:
     """Make the `error` that reports why a file cannot be read."""
-    return error(f"cannot read {path}: {(reason.strerror or str(reason)).lower()}")
+    return error(f"cannot read {path}: {reason_of(reason)}")
 
 
 def read_text(

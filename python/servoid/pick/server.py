@@ -15,6 +15,7 @@ from typing import Any
 from servoid.errors import OutputError, ServoidError, TargetError
 from servoid.pick.asking import Asking, Choice, Question
 from servoid.pick.guard import HOST, Guard, Request
+from servoid.words import reason_of
 
 _ROUTES = {"": "GET", "image.jpg": "GET", "seek": "POST", "choose": "POST"}
 _MOST_CLIENTS = 16
@@ -49,7 +50,7 @@ class PickServer:
             self._http = _Http(self, port)
         except OSError as error:
             raise OutputError(
-                f"cannot listen on port {port} of {HOST}: {(error.strerror or str(error)).lower()}"
+                f"cannot listen on port {port} of {HOST}: {reason_of(error)}"
                 "; choose another port, or leave the port out"
             ) from error
         self.guard: Guard = Guard(self._http.server_port, _ROUTES)

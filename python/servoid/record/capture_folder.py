@@ -18,6 +18,7 @@ from servoid.errors import OutputError
 from servoid.output import check_folder, make_folder, move_to, write_whole
 from servoid.pose import Pose
 from servoid.source import MountedCamera, RawImage, RawInstant
+from servoid.words import reason_of
 
 MARK = "# recorded by servoid"
 IMAGES_HEADER = ("observation", "camera", "file", "time_s", "number")
@@ -83,8 +84,7 @@ class FolderRecorder:
         except OSError as error:
             for path in written:  # remove the incomplete files, which also frees disk space
                 path.unlink(missing_ok=True)
-            reason = (error.strerror or str(error)).lower()
-            raise OutputError(f"cannot record into {self._folder}: {reason}") from error
+            raise OutputError(f"cannot record into {self._folder}: {reason_of(error)}") from error
         self._rows += rows
         self._times_s.append(raw.time_s)
         self._poses.append(world_from_rig or Pose.identity())
@@ -110,9 +110,9 @@ class FolderRecorder:
         try:
             move_to(self._folder, self._draft)  # an empty folder may be there
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
             raise OutputError(
-                f"cannot record into {self._folder}: {reason}; the recording is in {self._draft}"
+                f"cannot record into {self._folder}: {reason_of(error)}; "
+                f"the recording is in {self._draft}"
             ) from error
         return self._folder
 

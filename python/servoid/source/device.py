@@ -8,7 +8,7 @@ from servoid.errors import CaptureError
 from servoid.source.controls import Controls
 from servoid.source.grabbing import Reopened, Video
 from servoid.source.streams.film import FilmVideo
-from servoid.source.streams.mjpeg import NoImagesError, open_mjpeg, reason_of
+from servoid.source.streams.mjpeg import NoImagesError, failure_of, open_mjpeg
 from servoid.words import camera_called
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def opened(
             raise CaptureError(f"{camera_called(name)}: '{shown(device)}' {error}") from error
         except (OSError, ValueError) as error:
             raise CaptureError(
-                f"{camera_called(name)}: '{shown(device)}' does not answer: {reason_of(error)}; "
+                f"{camera_called(name)}: '{shown(device)}' does not answer: {failure_of(error)}; "
                 "check that it is connected and reachable from this computer"
             ) from error
         if video is not None:

@@ -13,6 +13,7 @@ from typing import Any
 
 from servoid._native import __version__
 from servoid.errors import OutputError
+from servoid.words import reason_of
 
 _CELL = re.compile(r"<t[hd][^>]*>(.*?)</t[hd]>", re.DOTALL)
 _TAG = re.compile(r"<[^>]*>")
@@ -135,6 +136,5 @@ def write_report_files(directory: Path, contents: Mapping[str, bytes]) -> list[P
     except OSError as error:
         if isinstance(error, OutputError):
             raise
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot write a report into {directory}: {reason}") from error
+        raise OutputError(f"cannot write a report into {directory}: {reason_of(error)}") from error
     return [directory / name for name in contents]

@@ -33,7 +33,7 @@ from servoid.opening import doubt_for_model, open_recorded, parse_source
 from servoid.output import check_file, check_folder, make_folder, move_to
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
-from servoid.words import counted
+from servoid.words import counted, reason_of
 
 WriteReport = Callable[..., list[Path]]
 
@@ -237,5 +237,5 @@ def _write_report_whole(
             try:
                 move_to(target, draft)
             except OSError as error:
-                raise OutputError(f"cannot write {target}: {error.strerror}") from error
+                raise OutputError(f"cannot write {target}: {reason_of(error)}") from error
     return targets

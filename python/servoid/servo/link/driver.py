@@ -19,6 +19,7 @@ from servoid.servo.link.messages import (
     line_of,
 )
 from servoid.servo.link.settings import LinkSettings
+from servoid.words import reason_of
 
 _RETRY_S = 0.05
 _MOST = 4096  # maximum number of lines read at once
@@ -147,8 +148,8 @@ def _connected(address: Address, patience_s: float) -> Lines:
             return Lines(connected(address, patience_s))
         except OSError as reason:
             if time.monotonic() > until:
-                why = (reason.strerror or str(reason)).lower()
                 raise ServoError(
-                    f"no arm's driver answers at {shown(address)}: {why}; start it first"
+                    f"no arm's driver answers at {shown(address)}: {reason_of(reason)}; "
+                    "start it first"
                 ) from reason
         time.sleep(_RETRY_S)

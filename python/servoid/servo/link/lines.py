@@ -4,6 +4,7 @@ import socket
 from pathlib import Path
 
 from servoid.errors import ServoError
+from servoid.words import reason_of
 
 Address = tuple[str, int] | str | Path
 _CHUNK = 1 << 16
@@ -30,8 +31,8 @@ def listening(address: Address) -> socket.socket:
     except OSError as reason:
         server.close()
         raise ServoError(
-            f"an arm's driver cannot listen at {shown(address)}: {_text(reason)}; choose another "
-            "address, or end the program that uses it"
+            f"an arm's driver cannot listen at {shown(address)}: {reason_of(reason)}; choose "
+            "another address, or end the program that uses it"
         ) from reason
     server.setblocking(False)
     return server
@@ -80,7 +81,7 @@ class Lines:
             except (BlockingIOError, InterruptedError):
                 break
             except OSError as reason:
-                self._close(_text(reason))
+                self._close(reason_of(reason))
                 break
             if not chunk:
                 self._close("the other side closed the connection")
@@ -110,7 +111,7 @@ class Lines:
             except (BlockingIOError, InterruptedError):
                 return
             except OSError as reason:
-                self._close(_text(reason))
+                self._close(reason_of(reason))
                 return
             del self._going[:sent]
 
@@ -140,7 +141,3 @@ def _remove_stale(kind: socket.AddressFamily, path: str) -> None:
             probe.connect(path)
         except ConnectionRefusedError:
             Path(path).unlink()
-
-
-def _text(reason: OSError) -> str:
-    return (reason.strerror or str(reason)).lower()

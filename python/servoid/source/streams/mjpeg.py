@@ -18,6 +18,7 @@ from servoid.camera import Camera, size_in_header
 from servoid.config import STREAM_IMAGE
 from servoid.errors import CaptureError
 from servoid.source.delivery import Delivery, LostDeviceError
+from servoid.words import reason_of
 
 _KIND = "multipart/x-mixed-replace"
 _PAGES = ("text/html", "application/xhtml+xml")
@@ -77,7 +78,7 @@ class MjpegVideo:
             length = self._heads.get("content-length", "")
             self._encoded = self._exactly(int(length)) if length.isdigit() else self._to_mark()
         except (OSError, HTTPException, ValueError) as error:
-            raise LostDeviceError(reason_of(error)) from error
+            raise LostDeviceError(failure_of(error)) from error
         return True
 
     def retrieve(self) -> tuple[bool, JpegDelivery | None]:
@@ -185,10 +186,9 @@ def _stamp_s(heads: Mapping[str, str]) -> float | None:
     return None
 
 
-def reason_of(error: Exception) -> str:
+def failure_of(error: Exception) -> str:
     """Return in few words why a connection failed."""
     reason = error.reason if isinstance(error, URLError) else error
     if isinstance(reason, TimeoutError):
         return "nothing came for too long"
-    strerror = getattr(reason, "strerror", None)
-    return strerror.lower() if strerror else str(reason)
+    return reason_of(reason) if isinstance(reason, OSError) and reason.strerror else str(reason)

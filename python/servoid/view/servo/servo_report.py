@@ -31,6 +31,7 @@ from servoid.view.page_parts import (
     scrolling,
     verdict_list,
 )
+from servoid.words import reason_of
 
 _NAME = "report.html"
 _QUALITY = 90  # of the JPEG picture of the overview
@@ -173,8 +174,7 @@ def _picture(path: Path) -> str:
     try:
         data = path.read_bytes()
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot put {path} into the report: {reason}") from error
+        raise OutputError(f"cannot put {path} into the report: {reason_of(error)}") from error
     caption = _CAPTIONS.get(path.name, path.stem.replace("_", " "))
     shown = picture(data, caption, _SHOWN.get(path.name, ""))
     words = _WORDS.get(path.name, "")

@@ -11,6 +11,7 @@ from servoid.errors import MissingExtraError, OutputError
 from servoid.exchange.bags.mcap.messages import Messages
 from servoid.exchange.bags.names import STATIC_TOPIC
 from servoid.output import check_file, move_to
+from servoid.words import reason_of
 
 SUFFIX = ".mcap"
 
@@ -114,8 +115,7 @@ def reporting_write_errors(path: Path) -> Iterator[None]:
     except OutputError:
         raise
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot write {path}: {reason}") from error
+        raise OutputError(f"cannot write {path}: {reason_of(error)}") from error
 
 
 def _library() -> tuple[Any, Any]:

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from servoid.config import BAG_MESSAGE, check_regular, is_file, is_folder
 from servoid.errors import CaptureError, MissingExtraError, ServoidError
+from servoid.words import reason_of
 
 ReadT = TypeVar("ReadT")
 
@@ -160,8 +161,7 @@ class Bag:
         except ServoidError:
             raise
         except OSError as reason:
-            words = (reason.strerror or str(reason)).lower()
-            raise CaptureError(f"cannot read {self.path}: {words}") from reason
+            raise CaptureError(f"cannot read {self.path}: {reason_of(reason)}") from reason
         except Exception as reason:
             # The library checks little: a damaged file may raise any exception.
             words = str(reason).strip().rstrip(".") or type(reason).__name__

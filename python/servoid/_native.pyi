@@ -142,7 +142,13 @@ class Pose:
         returns them: for a camera they are camera_from_object. Raises PoseError.
         """
     @staticmethod
-    def from_euler(sequence: str, angles: ArrayLike, translation: ArrayLike | None = None) -> Pose:
+    def from_euler(
+        sequence: str,
+        angles: ArrayLike,
+        translation: ArrayLike | None = None,
+        *,
+        degrees: bool = False,
+    ) -> Pose:
         """
         Makes a pose of a rotation by angles in radians and a translation (x, y, z) in metres. The
         sequence names one to three axes as in SciPy: "xyz" in lower case rotates about fixed axes,
@@ -163,7 +169,7 @@ class Pose:
         """
         Returns OpenCV's rotation vector and translation, (3,) float64 each, in radians and metres.
         """
-    def euler(self, sequence: str) -> NDArray[np.float64]:
+    def euler(self, sequence: str, *, degrees: bool = False) -> NDArray[np.float64]:
         """
         Returns the three angles in radians about the axes of a sequence, named as in `from_euler`:
         (3,) float64. The second is in -π/2 to π/2, or in 0 to π if the first and the last axis are

@@ -40,6 +40,9 @@ const fn wanted(name: &'static str, what: &'static str) -> Wanted {
     Wanted { name, what, class: "PoseError" }
 }
 
+/// No one means more turns than two; degrees that are taken for radians are most often more.
+const MOST_TURN_RAD: f64 = 4.0 * std::f64::consts::PI;
+
 const TRANSLATION: Wanted = wanted("translation", "3 numbers (x, y, z) in metres");
 
 #[pymethods]
@@ -88,34 +91,39 @@ impl Pose {
     }
 
     /// Makes a pose of OpenCV's rotation vector and translation, 3 numbers each, as `solvePnP`
-    /// returns them: for a camera they are camera_from_object. Raises PoseError.
+    /// returns them, in radians and metres: for a camera they are camera_from_object. Raises
+    /// PoseError, also for a rotation of more than two turns, as degrees are.
     #[staticmethod]
     fn from_rvec_tvec(rvec: &Bound<'_, PyAny>, tvec: &Bound<'_, PyAny>) -> PyResult<Self> {
         let rvec: [f64; 3] = read_numbers(rvec, wanted("rvec", "3 numbers in radians"))?;
         let tvec: [f64; 3] = read_numbers(tvec, wanted("tvec", "3 numbers in metres"))?;
         checked(&[&rvec, &tvec])?;
-        let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(rvec));
+        let rvec = Vector3::from(rvec);
+        check_radians("the length of rvec", rvec.norm(), "np.radians(rvec)")?;
+        let rotation = UnitQuaternion::from_scaled_axis(rvec);
         Ok(Self(core::Pose::from_rotation(rotation, tvec.into())))
     }
 
-    /// Makes a pose of a rotation by angles in radians and a translation (x, y, z) in metres. The
-    /// sequence names one to three axes as in SciPy: "xyz" in lower case rotates about fixed axes,
-    /// x first; "XYZ" in upper case about axes that rotate with the object. Raises PoseError.
+    /// Makes a pose of a rotation by angles in radians, or in degrees if so given, and a
+    /// translation (x, y, z) in metres. The sequence names one to three axes as in SciPy: "xyz" in
+    /// lower case rotates about fixed axes, x first; "XYZ" in upper case about axes that rotate
+    /// with the object. Raises PoseError, also for radians of more than two turns, as degrees are.
     #[staticmethod]
-    #[pyo3(signature = (sequence, angles, translation=None))]
+    #[pyo3(signature = (sequence, angles, translation=None, *, degrees=false))]
     fn from_euler(
         sequence: &str,
         angles: &Bound<'_, PyAny>,
         translation: Option<&Bound<'_, PyAny>>,
+        degrees: bool,
     ) -> PyResult<Self> {
         let sequence = core::EulerSequence::from_name(sequence).map_err(raise)?;
-        let wanted = wanted("angles", "as many numbers in radians as the sequence has axes");
+        let wanted = wanted("angles", "as many numbers as the sequence has axes");
         let given = floats(angles, wanted)?;
-        let numbers: Vec<f64> = given.as_array().iter().copied().collect();
+        let mut numbers: Vec<f64> = given.as_array().iter().copied().collect();
         if numbers.len() != sequence.count() || given.ndim() > 1 {
             let axes = if sequence.count() == 1 { "axis" } else { "axes" };
             let message = format!(
-                "the sequence has {} {axes}, but angles are {}; give one in radians for each axis",
+                "the sequence has {} {axes}, but angles are {}; give one for each axis",
                 sequence.count(),
                 described(angles)
             );
@@ -123,6 +131,12 @@ impl Pose {
         }
         let translation = translation.map_or(Ok([0.0; 3]), |t| read_numbers(t, TRANSLATION))?;
         checked(&[&numbers, &translation])?;
+        if degrees {
+            numbers.iter_mut().for_each(|angle| *angle = angle.to_radians());
+        } else {
+            let largest = numbers.iter().fold(0.0_f64, |most, angle| most.max(angle.abs()));
+            check_radians("an angle", largest, "degrees=True")?;
+        }
         let rotation = sequence.rotation(&numbers);
         Ok(Self(core::Pose::from_rotation(rotation, translation.into())))
     }
@@ -162,13 +176,16 @@ impl Pose {
         (PyArray1::from_slice(py, rvec.as_slice()), PyArray1::from_slice(py, tvec.as_slice()))
     }
 
-    /// Returns the three angles in radians about the axes of a sequence, named as in `from_euler`:
-    /// (3,) float64. The second is in -π/2 to π/2, or in 0 to π if the first and the last axis are
-    /// the same. Where only the sum of the first and the last angle is determined, the last one is
-    /// 0. Raises PoseError.
-    fn euler<'py>(&self, py: Python<'py>, sequence: &str) -> PyResult<Vector<'py>> {
+    /// Returns the three angles in radians, or in degrees if so asked, about the axes of a
+    /// sequence, named as in `from_euler`: (3,) float64. The second is in -π/2 to π/2, or in 0 to π
+    /// if the first and the last axis are the same. Where only the sum of the first and the last
+    /// angle is determined, the last one is 0. Raises PoseError.
+    #[pyo3(signature = (sequence, *, degrees=false))]
+    fn euler<'py>(&self, py: Python<'py>, sequence: &str, degrees: bool) -> PyResult<Vector<'py>> {
         let sequence = core::EulerSequence::from_name(sequence).map_err(raise)?;
-        Ok(PyArray1::from_slice(py, &sequence.angles(&self.0).map_err(raise)?))
+        let angles = sequence.angles(&self.0).map_err(raise)?;
+        let angles = if degrees { angles.map(f64::to_degrees) } else { angles };
+        Ok(PyArray1::from_slice(py, &angles))
     }
 
     /// Translation (x, y, z) in metres.
@@ -263,6 +280,18 @@ pub fn as_it_was(quaternion: [f64; 4]) -> UnitQuaternion<f64> {
 /// Rejects vectors that poses cannot be computed with.
 fn checked(vectors: &[&[f64]]) -> PyResult<()> {
     vectors.iter().try_for_each(|vector| core::check_vector(vector)).map_err(raise)
+}
+
+/// Raises an error for an angle that is given in degrees where radians are meant.
+fn check_radians(name: &str, angle: f64, remedy: &str) -> PyResult<()> {
+    if angle <= MOST_TURN_RAD {
+        return Ok(());
+    }
+    let message = format!(
+        "{name} is {angle:.1}, but it is in radians, at most two turns (12.57); for degrees, give \
+         {remedy}"
+    );
+    Err(named("PoseError", message))
 }
 
 /// Raises an error for a pose and points; other types may implement the operation themselves.

@@ -1,4 +1,4 @@
-"""Lengths of a COLMAP model or a transforms.json are in metres only if somebody says so."""
+"""Lengths of files of other programs are in metres only if they, or their users, say so."""
 
 import json
 from pathlib import Path
@@ -10,6 +10,7 @@ from commands import Command
 from servoid.capture import Capture, open_capture
 from servoid.errors import CaptureError
 from servoid.exchange import open_any
+from servoid.shape import load_body
 
 GL_FROM_LENS = np.diag([1.0, -1.0, -1.0, 1.0])
 
@@ -132,3 +133,38 @@ def test_a_track_takes_the_unit_as_a_model_does(
     done = servoid_command("track", "0", "--unit", 1.0, "--out", out)
     assert done.code == 2
     assert "leave --unit out" in " ".join(done.err.split())
+
+
+@pytest.mark.parametrize("name", ["ball.stl", "ball.ply"], ids=["mesh", "cloud"])
+def test_a_shape_in_millimetres_is_doubted_and_with_its_unit_the_same_as_in_metres(
+    name: str, tmp_path: Path, servoid_command: Command
+) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    ball = trimesh.creation.icosphere(2, 0.05)
+    if name.endswith("ply"):
+        ball = trimesh.PointCloud(ball.vertices)
+    bodies = {}
+    for scale, unit in ((1.0, ()), (1000.0, ()), (1000.0, ("--unit", 0.001))):
+        ball.copy().apply_scale(scale).export(tmp_path / name)
+        eye = 1.0 if unit or scale == 1.0 else 1000.0
+        view = ("--viewpoint", f"0,0,{eye}") if name.endswith("ply") else ()
+        out = ("--out", tmp_path / "body.json", "--max-ellipsoids", 1)
+        done = servoid_command("model", tmp_path / name, *view, *unit, *out)
+        assert done.code == 0, done.err
+        is_doubted = "scale it by 0.001, as model --unit does" in " ".join(done.out.split())
+        assert is_doubted == (scale != 1.0 and not unit)
+        bodies[scale, bool(unit)] = load_body(tmp_path / "body.json").body()
+    same, given = bodies[1.0, False], bodies[1000.0, True]
+    # The optimisation takes another way for each rounding of the file's single precision.
+    assert given.radii == pytest.approx(same.radii, rel=0.03)
+
+
+def test_a_unit_of_a_mesh_that_is_no_length_is_refused(
+    tmp_path: Path, servoid_command: Command
+) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.icosphere(1, 0.05).export(tmp_path / "ball.stl")
+    out = ("--out", tmp_path / "body.json")
+    for unit in ("0", "-1"):
+        done = servoid_command("model", tmp_path / "ball.stl", f"--unit={unit}", *out)
+        assert done.code == 1 and "a positive number" in " ".join(done.err.split())

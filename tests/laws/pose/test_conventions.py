@@ -146,11 +146,23 @@ def test_locked_angles_are_scipys(sequence: str) -> None:
         ("abc", [1, 2, 3], "'abc'"),
         ("xyz", [1, 2], "3 axes, but angles are a list of 2"),
         ("x", [np.nan], "finite"),
+        ("xyz", [0.0, -90.0, 0.0], "an angle is 90.0, .* for degrees, give degrees=True"),
     ],
 )
 def test_what_are_no_angles_is_refused(sequence: str, angles: list[float], words: str) -> None:
     with pytest.raises(PoseError, match=words):
         Pose.from_euler(sequence, angles)
+
+
+def test_angles_in_degrees_are_those_in_radians_and_come_back() -> None:
+    pose = Pose.from_euler("xyz", [30, -45, 350], degrees=True)
+    assert pose == Pose.from_euler("xyz", np.radians([30, -45, 350]))
+    assert pose.euler("xyz", degrees=True) == pytest.approx([30, -45, -10])
+
+
+def test_a_rotation_vector_in_degrees_is_refused() -> None:
+    with pytest.raises(PoseError, match=r"length of rvec is 90\.0, .* give np\.radians"):
+        Pose.from_rvec_tvec([90, 0, 0], [0, 0, 1])
 
 
 def test_poses_take_lists_and_any_kind_of_number() -> None:

@@ -192,7 +192,6 @@ def _fit_shape(
         "--distance": order.distance is not None,
         "--bop-object": order.bop_object is not None,
         "--images": order.images is not None,
-        "--unit": order.unit is not None,
         "--topic": bool(order.topics),
         "--world": order.world is not None,
     }
@@ -200,13 +199,14 @@ def _fit_shape(
         raise OptionError(f"{order.source} is no capture, so {option} does not apply; leave it out")
     with of_options():
         order.known.refuse(order.source)
+    unit_m = 1.0 if order.unit is None else order.unit
     if is_cloud(path):
-        cloud = read_cloud(path, order.viewpoint)
+        cloud = read_cloud(path, order.viewpoint, unit_m)
         samples = range_samples_of_cloud(cloud.points, cloud.normals, order.viewpoint)
         return fit_range_samples(samples, request, notes=(*cloud.notes, _own_frame("cloud")))
     if order.viewpoint is not None:
         raise OptionError(f"{order.source} is a mesh, so --viewpoint does not apply; leave it out")
-    mesh = read_mesh(path)
+    mesh = read_mesh(path, unit_m)
     notes = (*mesh.notes, _own_frame("mesh"))
     return fit_mesh(mesh.vertices, mesh.faces, request, notes=notes)
 

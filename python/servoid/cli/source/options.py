@@ -76,8 +76,8 @@ Unit = Annotated[
     typer.Option(
         "--unit",
         metavar="M",
-        help="The length in metres of one unit of a COLMAP model or a transforms.json; 1 if they "
-        "are in metres. Without, the unit of lengths is unknown.",
+        help="The length in metres of one unit of a COLMAP model or a transforms.json, which is "
+        "unknown if not given, or of a mesh or a point cloud (default 1): 0.001 for millimetres.",
         rich_help_panel=_CAMERAS,
     ),
 ]

@@ -1,6 +1,5 @@
 """Combines images that were each taken from a separate pose into a capture."""
 
-import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -9,8 +8,9 @@ from typing import TypeVar
 from servoid.camera import Lens, Picture
 from servoid.capture import Capture, CaptureCamera
 from servoid.errors import CaptureError
+from servoid.exchange.units import check_unit
 from servoid.pose import Pose
-from servoid.words import counted, digits
+from servoid.words import counted
 
 KeyT = TypeVar("KeyT", bound=Hashable)
 
@@ -70,11 +70,7 @@ def in_metres(capture: Capture, unit_m: float) -> Capture:
         CaptureError: the unit is not a positive number.
 
     """
-    if not 0.0 < unit_m < math.inf:
-        raise CaptureError(
-            f"the unit of {capture.path} is given as {digits(unit_m)} m; give the metres of one "
-            "unit of its lengths, a positive number, or 1 if they are in metres"
-        )
+    check_unit(capture.path, unit_m, CaptureError)
     cameras = (
         replace(
             one, depth_scale_m=None if one.depth_scale_m is None else one.depth_scale_m * unit_m

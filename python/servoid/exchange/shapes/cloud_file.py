@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from servoid.config import SHAPE_FILE, read_bytes
 from servoid.errors import MeshError
 from servoid.exchange.shapes.ply_header import PlyElement, PlyHeader, read_ply_header
+from servoid.exchange.units import check_unit
 from servoid.words import counted, digits, were
 
 _XYZ = ("x", "y", "z")
@@ -52,18 +53,22 @@ def is_cloud(path: Path) -> bool:
     return header.element("vertex") is not None and not any(one and one.count for one in faces)
 
 
-def read_cloud(path: Path, viewpoint: Sequence[float] | None = None) -> CloudFile:
+def read_cloud(
+    path: Path, viewpoint: Sequence[float] | None = None, unit_m: float = 1.0
+) -> CloudFile:
     """Read a point cloud from a PLY file, in text or in either byte order.
 
     Points that are not finite are dropped, and so are those at the `viewpoint`, (3,) metres, which
-    depth cameras write where they measured nothing; notes report it. Faces are ignored.
+    depth cameras write where they measured nothing; notes report it. Faces are ignored. `unit_m` is
+    the length in metres of one unit of the file.
 
     Raises:
         MeshError: the file is missing or damaged, its header promises more than it contains, it has
-            no points, more than half of them are not finite or at the viewpoint, or its normals
-            have no length and there is no viewpoint.
+            no points, more than half of them are not finite or at the viewpoint, its normals
+            have no length and there is no viewpoint, or the unit is not a positive number.
 
     """
+    check_unit(path, unit_m, MeshError)
     data = read_bytes(path, MeshError, SHAPE_FILE)
     header = read_ply_header(path, data)
     rows = _vertex_rows(path, data, header)
@@ -72,7 +77,7 @@ def read_cloud(path: Path, viewpoint: Sequence[float] | None = None) -> CloudFil
         raise MeshError(
             f"{path}: the points have no {', '.join(missing)}; they have {', '.join(rows)}"
         )
-    points = _columns(rows, _XYZ)
+    points = unit_m * _columns(rows, _XYZ)
     finite = np.asarray(np.isfinite(points).all(axis=1))
     if 2 * int(finite.sum()) < len(points) or not finite.any():
         raise MeshError(

@@ -12,6 +12,7 @@ from servoid.errors import MeshError, MissingExtraError, located
 from servoid.exchange.shapes.mesh_closing import close_mesh
 from servoid.exchange.shapes.mesh_counts import check_counts
 from servoid.exchange.shapes.mesh_repair import apart_note
+from servoid.exchange.units import check_unit
 from servoid.words import are, counted, measured
 
 SUFFIXES = (".ply", ".obj", ".stl", ".off", ".glb")
@@ -31,20 +32,22 @@ class MeshFile:
     notes: tuple[str, ...]
 
 
-def read_mesh(path: Path) -> MeshFile:
+def read_mesh(path: Path, unit_m: float = 1.0) -> MeshFile:
     """Read a mesh, and close it; notes report what was changed.
 
     Corners at the same position or across a crack are merged. Degenerate and duplicate faces, and
     loose ones beside the rest, are dropped. Faces are oriented outward, and holes are closed. If
     the mesh is still open, its surface is rebuilt where the winding number of its faces is one
-    half. Lengths are assumed to be in metres.
+    half. `unit_m` is the length in metres of one unit of the file.
 
     Raises:
         MeshError: the file is missing, damaged or of another format, its header promises more than
-            it contains, or its mesh encloses no volume that could be determined.
+            it contains, its mesh encloses no volume that could be determined, or the unit is not
+            a positive number.
         MissingExtraError: trimesh is not installed.
 
     """
+    check_unit(path, unit_m, MeshError)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise MeshError(
@@ -56,6 +59,7 @@ def read_mesh(path: Path) -> MeshFile:
         raise MeshError(f"{path} is empty; replace the file")
     check_counts(path, data)
     vertices, faces = _parse(path, data, suffix[1:])
+    vertices *= unit_m
     with located(str(path)):
         _check_numbers(vertices, faces)
         vertices, faces, notes = close_mesh(vertices, faces)
@@ -104,11 +108,11 @@ def _check_numbers(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> N
     if np.abs(vertices).max() > _LONGEST:
         raise MeshError(
             f"a vertex is {np.abs(vertices).max():.3g} m from the origin; lengths are metres, "
-            f"at most {_LONGEST:.0e}; scale the mesh"
+            f"at most {_LONGEST:.0e}; scale the mesh, or give its unit with --unit"
         )
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     if size < _LEAST:
         raise MeshError(
             f"the mesh is {measured(size)} m large; lengths are metres, at least {_LEAST:.0e}; "
-            "scale the mesh"
+            "scale the mesh, or give its unit with --unit"
         )

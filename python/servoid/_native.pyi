@@ -139,7 +139,8 @@ class Pose:
     @staticmethod
     def from_rvec_tvec(rvec: ArrayLike, tvec: ArrayLike) -> Pose:
         """Makes a pose of OpenCV's rotation vector and translation, 3 numbers each, as `solvePnP`
-        returns them: for a camera they are camera_from_object. Raises PoseError.
+        returns them, in radians and metres: for a camera they are camera_from_object. Raises
+        PoseError, also for a rotation of more than two turns, as degrees are.
         """
     @staticmethod
     def from_euler(
@@ -149,10 +150,10 @@ class Pose:
         *,
         degrees: bool = False,
     ) -> Pose:
-        """
-        Makes a pose of a rotation by angles in radians and a translation (x, y, z) in metres. The
-        sequence names one to three axes as in SciPy: "xyz" in lower case rotates about fixed axes,
-        x first; "XYZ" in upper case about axes that rotate with the object. Raises PoseError.
+        """Makes a pose of a rotation by angles in radians, or in degrees if so given, and a
+        translation (x, y, z) in metres. The sequence names one to three axes as in SciPy: "xyz" in
+        lower case rotates about fixed axes, x first; "XYZ" in upper case about axes that rotate
+        with the object. Raises PoseError, also for radians of more than two turns, as degrees are.
         """
     @staticmethod
     def exp(twist: ArrayLike) -> Pose:
@@ -170,11 +171,10 @@ class Pose:
         Returns OpenCV's rotation vector and translation, (3,) float64 each, in radians and metres.
         """
     def euler(self, sequence: str, *, degrees: bool = False) -> NDArray[np.float64]:
-        """
-        Returns the three angles in radians about the axes of a sequence, named as in `from_euler`:
-        (3,) float64. The second is in -π/2 to π/2, or in 0 to π if the first and the last axis are
-        the same. Where only the sum of the first and the last angle is determined, the last one is
-        0. Raises PoseError.
+        """Returns the three angles in radians, or in degrees if so asked, about the axes of a
+        sequence, named as in `from_euler`: (3,) float64. The second is in -π/2 to π/2, or in 0 to π
+        if the first and the last axis are the same. Where only the sum of the first and the last
+        angle is determined, the last one is 0. Raises PoseError.
         """
     @property
     def translation(self) -> tuple[float, float, float]:

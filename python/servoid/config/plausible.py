@@ -113,9 +113,7 @@ def size_note(what: str, sides_m: Iterable[float]) -> str | None:
     """
     size_m = float(max(sides_m))
     if size_m > OBJECT_MOST_M:
-        cure = (
-            "if its unit is the millimetre, scale it by 0.001, as model --unit does"
-        )
+        cure = "if its unit is the millimetre, scale it by 0.001, as model --unit does"
     elif size_m < OBJECT_LEAST_M:
         cure = "if its unit is the kilometre or the inch, scale it by 1000 or 0.0254"
     else:

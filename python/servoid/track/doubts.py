@@ -12,7 +12,7 @@ from servoid.errors import TrackError
 from servoid.pose import exact
 from servoid.shape import body_sides
 from servoid.source import Instant, cameras_of
-from servoid.track.follower import Follower, Rememberer, depths_for
+from servoid.track.follower import Follower, Rememberer, Surfaced, depths_for, recall
 from servoid.track.request import Subject
 from servoid.track.unobservable import unobservable_axes
 
@@ -24,13 +24,17 @@ _USUAL = 0.9
 # reach 0.01 to 0.09.
 _WORSE, _CLEARLY_WORSE = 0.08, 0.15
 _TURN = 0.5  # radians between the start and a pose that may be right, above which they differ
+# Normals of points that face a camera, as cosines from its direction; and the share of a body's
+# points, from which on those would be recognised at a right pose.
+_FACING, _FACING_SHARE = 0.5, 0.15
 _UNSEEN = 0.5  # confidence of the found pose below which the stored appearance is not seen there
 # By which a pose is wrong: in metres, or a share of the longest side if that is more; a rotation.
 WRONG_M, WRONG_SHARE = 0.02, 0.1
 _WRONG_RAD = np.radians(15.0)
 _UNLIKE = (
     "the images at the given start do not match the appearance in the body's file; correct the "
-    "start, or leave it out to search for the object"
+    "start, or leave it out to search for the object; if it only looks otherwise in another light, "
+    "mark it with a mask or a target as well"
 )
 _ELSEWHERE = (
     "the appearance in the body's file is recognised {shift} and {degrees:.0f} degrees from the "
@@ -67,16 +71,18 @@ _LOOSE = (
 
 @dataclass(frozen=True, eq=False)
 class Recognition:
-    """The pose at which a body's stored appearance is recognised, near that of a start.
+    """The pose at which a body's stored appearance is recognised, near that of the start if it can.
 
     `is_unlike` says that it is not seen where the start is, `is_sure` that the images confirm the
     pose where it is seen; `off` is the distance of the two, in the body's unit and radians.
+    `is_expected` says that a side which the appearance holds faces a camera at the start.
     """
 
     pose: Pose
     is_unlike: bool
     is_sure: bool
     off: tuple[float, float]
+    is_expected: bool = False
 
     @property
     def is_elsewhere(self) -> bool:
@@ -178,20 +184,40 @@ def mask_overlaps(
 def recognised(
     make: Callable[[], Follower], instant: Instant, subject: Subject, pose: Pose
 ) -> Recognition | None:
-    """Recognise the object's stored appearance near the pose of the start.
+    """Recognise the object's stored appearance near the pose of the start, or anywhere else.
 
-    None if a given body has no appearance, or one that these cameras cannot use.
+    It is sought in the whole images only if the start was given and nothing is recognised there:
+    masks mark an object that may be another one. None if a given body has no appearance.
+
+    Raises:
+        TrackError: the appearance cannot be read, or it is not that of the body.
+
     """
     if subject.body is None or subject.appearance is None:
         return None
+    near = _recognised_by(make, instant, subject, (pose, pose))
+    if near is None or near.is_sure or subject.start is None:
+        return near
+    anywhere = _recognised_by(make, instant, subject, (pose, None))
+    return anywhere if anywhere is not None and anywhere.is_elsewhere else near
+
+
+def _recognised_by(
+    make: Callable[[], Follower],
+    instant: Instant,
+    subject: Subject,
+    start: tuple[Pose, Pose | None],
+) -> Recognition | None:
+    """Search near a pose or, for None, anywhere, and compare what is found with the start."""
     probe = make()
-    if not isinstance(probe, Rememberer):
+    if subject.body is None or subject.appearance is None or not isinstance(probe, Rememberer):
         return None
+    recall(probe, subject.appearance)
+    pose, near = start
     now, poses, images = instant.time_s, instant.world_from_camera, instant.images
     try:
-        probe.recall(subject.appearance)
-        found = probe.find(now, poses, images, pose, **depths_for(probe, instant))
-    except TrackError:  # the stored appearance does not fit these cameras: no conclusion
+        found = probe.find(now, poses, images, near, **depths_for(probe, instant))
+    except TrackError:  # these images cannot be searched: no conclusion
         return None
     change = (pose.inverse() @ found.world_from_object).log()
     _, observable = unobservable_axes(found.unobservable, np.eye(3))
@@ -204,5 +230,21 @@ def recognised(
         allowed_m, allowed_rad = min(allowed_m, wrong), _WRONG_RAD
     is_near = shift < allowed_m and turn < allowed_rad
     return Recognition(
-        found.world_from_object, found.confidence < _UNSEEN or not is_near, is_sure, (shift, turn)
+        pose=found.world_from_object,
+        is_unlike=found.confidence < _UNSEEN or not is_near,
+        is_sure=is_sure,
+        off=(shift, turn),
+        is_expected=_faces(probe, pose, poses),
     )
+
+
+def _faces(tracker: Follower, pose: Pose, world_from_camera: Sequence[Pose]) -> bool:
+    """Return whether a good share of the known surface points face a camera at a pose."""
+    if not isinstance(tracker, Surfaced):
+        return False
+    points, normals, _ = tracker.surface
+    facing = np.zeros(len(points), bool)
+    for one in world_from_camera:
+        ways = (pose.inverse() @ one).translation - points
+        facing |= (normals * ways).sum(axis=1) > _FACING * exact.lengths(ways)
+    return int(facing.sum()) > _FACING_SHARE * len(points)

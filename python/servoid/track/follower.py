@@ -89,6 +89,29 @@ class Rememberer(Protocol):
         ...
 
 
+@runtime_checkable
+class Surfaced(Protocol):
+    """Knows points on the surface of its object."""
+
+    @property
+    def surface(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]]:
+        """The points, (N, 3) in the object's frame, with their normals and colours."""
+        ...
+
+
+def recall(tracker: Rememberer, appearance: bytes) -> None:
+    """Set the appearance of the object that is in its body's file.
+
+    Raises:
+        TrackError: it cannot be read, or it is that of another body.
+
+    """
+    try:
+        tracker.recall(appearance)
+    except TrackError as error:
+        raise error.at("the appearance in the body's file") from error
+
+
 def avoid(tracker: Follower, others: Sequence[Body]) -> None:
     """Let a tracker not find its object where others are, if it can; they are at their poses."""
     if isinstance(tracker, Avoider):

@@ -33,7 +33,15 @@ from servoid.track.doubts import (
     recognised,
     turn_note,
 )
-from servoid.track.follower import Adjuster, Evolver, Follower, Rememberer, avoid, depths_for
+from servoid.track.follower import (
+    Adjuster,
+    Evolver,
+    Follower,
+    Rememberer,
+    avoid,
+    depths_for,
+    recall,
+)
 from servoid.track.masked import Masks, masks_of, poses_at_masks
 from servoid.track.request import Request, Subject
 from servoid.track.result import Tracked
@@ -188,6 +196,9 @@ def begin(
         _ELSEWHERE in known.doubts or is_contradicted(overlap, subject.fitness, is_unlike=is_unlike)
     ) and (is_own and not confirms)
     is_off = is_off or (distance is not None and distance.is_wrong)
+    # Without a mask nothing else supports a start at which the images should look as they do not.
+    is_unsupported = overlap is None and recognition is not None and recognition.is_expected
+    is_off = is_off or (is_unlike and is_unsupported)
     is_elsewhere = subject.body is not None and (is_unlike or is_off)
     # Where the pose was given, the object may look otherwise in another light. One that fits masks
     # alone may be one of several, or of another object, and no later image tells.
@@ -240,7 +251,7 @@ def _first_estimate(
             "with --target or a mask, give its pose with --start, or give a body that was saved "
             "with its appearance"
         )
-    tracker.recall(subject.appearance)
+    recall(tracker, subject.appearance)
     return tracker.find(now, poses, images, **depths)
 
 

@@ -28,6 +28,7 @@ BUG = 70  # an internal software error in <sysexits.h>
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _NAMED = 6  # of what was written, in a message
+_SHOWN = 60  # letters of a path that is too long
 _SHOW_TRACEBACK = "SERVOID_TRACEBACK"
 _NO_MEMORY = (
     "error: out of memory; end other programs, raise the memory limit of this process, or give "
@@ -82,6 +83,9 @@ def _run(arguments: Sequence[str] | None, written: Sequence[Path]) -> NoReturn:
     except OSError as error:
         if _is_of_printing(error):
             _fail(_unprinted(error), FAILED)
+        if error.errno == errno.ENAMETOOLONG and error.filename is not None:
+            # Asking whether there is such a file fails already, in many places.
+            _fail(_too_long(error), FAILED)
         _fail(_bug(error), BUG)
     except Exception as error:
         _fail(_bug(error), BUG)
@@ -115,6 +119,11 @@ def _unprinted(error: OSError) -> str:
         f"error: cannot write to standard output: {reason_of(error)}; make room there, or redirect "
         "the output to another place"
     )
+
+
+def _too_long(error: OSError) -> str:
+    name = str(error.filename)
+    return f"error: cannot use {name[:_SHOWN]}...: {reason_of(error)}; choose a shorter name"
 
 
 def _bug(error: BaseException) -> str:

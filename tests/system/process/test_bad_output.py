@@ -51,6 +51,18 @@ def test_a_report_that_cannot_be_written_is_refused_before_the_work(
 
 
 @pytest.mark.parametrize("option", ["--out", "--report"])
+def test_a_name_that_is_too_long_is_refused(
+    option: str, drawn_capture: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    asked = {"--out": tmp_path / "body.json"} | {option: tmp_path / f"{'long' * 70}.json"}
+    arguments = [part for pair in asked.items() for part in pair]
+    check_refused(
+        servoid_command, tmp_path, r"\.\.\.: file name too long; choose a shorter name",
+        "model", drawn_capture, *arguments,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("option", ["--out", "--report"])
 def test_a_folder_that_is_read_only_is_refused(
     option: str, drawn_capture: Path, tmp_path: Path, servoid_command: Command
 ) -> None:

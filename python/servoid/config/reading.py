@@ -84,10 +84,8 @@ def unreadable(path: Path, reason: OSError, error: type[ErrorT]) -> ErrorT:
     return error(f"cannot read {path}: {reason_of(reason)}")
 
 
-def read_text(
-    path: Path, error: type[ServoidError], limit: FileLimit, encoding: str = "utf-8-sig"
-) -> str:
-    """Return the text of a file of a kind.
+def read_text(path: Path, error: type[ServoidError], limit: FileLimit) -> str:
+    """Return the text of a file of a kind, without a byte order mark, as some editors write.
 
     Raises:
         error: the file cannot be read, is too large, is no text, or is not UTF-8.
@@ -95,7 +93,7 @@ def read_text(
     """
     data = read_bytes(path, error, limit)
     try:
-        return data.decode(encoding)
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as reason:
         is_wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         if b"\0" in data and not is_wide:
@@ -111,7 +109,7 @@ def read_toml_text(path: Path, error: type[ServoidError]) -> tuple[dict[str, Any
         error: the file cannot be read, is not TOML, or is nested too deeply.
 
     """
-    text = read_text(path, error, SETTINGS_FILE, "utf-8")
+    text = read_text(path, error, SETTINGS_FILE)
     deep = _LONG_KEY.search(text)
     if deep is not None:
         line = text.count("\n", 0, deep.start()) + 1

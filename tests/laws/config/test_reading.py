@@ -123,6 +123,12 @@ def test_what_lies_as_deep_as_is_allowed_is_read(tmp_path: Path) -> None:
     assert read_toml_text(path, CaptureError)[0]
 
 
+def test_toml_that_an_editor_begins_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "settings.toml"
+    path.write_bytes(b"\xef\xbb\xbfa = 1\n")
+    assert read_toml_text(path, CaptureError) == ({"a": 1}, "a = 1\n")
+
+
 def test_a_body_of_very_many_ellipsoids_is_refused_by_their_count(tmp_path: Path) -> None:
     path = tmp_path / "body.json"
     one = '{"center": [0, 0, 0], "radii": [1, 1, 1], "rotation": [1, 0, 0, 0]}'

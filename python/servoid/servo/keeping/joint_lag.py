@@ -18,6 +18,7 @@ _PEAKED = 0.01  # by which it is less four rows earlier and later, or the motion
 _BESIDE = 4
 _IN_A_ROW, _APART_S = 3, 0.04  # measurements that agree
 _LEAST = 1e-3  # rad in a step, of the fastest joint: below that joints hardly move
+_SLOW = 0.25  # of the fastest motion that told a lag: what is slower tells less, and no other one
 
 
 class JointLag:
@@ -31,6 +32,7 @@ class JointLag:
         """Take the lag in s that is allowed for."""
         self._allowed_s = allowed_s
         self._newest: deque[float] = deque(maxlen=_IN_A_ROW)
+        self._fastest = 0.0
         self.late_s: float = 0.0
         """The lag in s of joints that are later than allowed for, 0 if they are not."""
 
@@ -39,9 +41,14 @@ class JointLag:
 
         Both end now, and K is the number of steps of the greatest lag.
         """
-        found_s = _lag_s(np.diff(commanded, axis=0), np.diff(went, axis=0))
+        steps = np.diff(went, axis=0)
+        fastest = float(np.abs(steps).max())
+        if fastest < max(_LEAST, _SLOW * self._fastest):
+            return
+        found_s = _lag_s(np.diff(commanded, axis=0), steps)
         if found_s is None:
             return
+        self._fastest = max(self._fastest, fastest)
         self._newest.append(found_s)
         least, most = min(self._newest), max(self._newest)
         if len(self._newest) < _IN_A_ROW or most - least > _APART_S:
@@ -55,8 +62,6 @@ def _lag_s(told: Floats, went: Floats) -> float | None:
 
     Sums are over the rows first, so that they are the same on each platform.
     """
-    if np.abs(went).max() < _LEAST:
-        return None
     count, size = len(told) - len(went), _square(went)
     alike = []
     for lag in range(count + 1):

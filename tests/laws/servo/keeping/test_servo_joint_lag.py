@@ -8,6 +8,7 @@ from servo_loop import Loop, Tick, goal_at, still
 
 from servoid.servo import ORDINARY, Controller, JointState, Reason, ServoSettings
 from servoid.servo.keeping.arm_watch import ArmWatch
+from servoid.servo.keeping.joint_lag import STEP_S, WINDOW, JointLag
 from servoid.servo.settings import JointSettings, SafetySettings
 from servoid.sim.arm_file import read_arm
 from servoid.sim.serial_arm import SerialArm
@@ -126,3 +127,22 @@ def test_a_lag_is_measured_whatever_joints_are_commanded(seed: int, share: float
     for latency_s in (0.1, 0.2):
         told = [one for one in measured_s(seed, 0.0, latency_s, share) if one > 0.0]
         assert np.median(told) == pytest.approx(latency_s, abs=0.02)
+
+
+def test_a_creep_after_a_fast_motion_tells_no_other_lag() -> None:
+    """Joints that settle creep by what the eyes correct, later than any command that moved them."""
+    lag = JointLag(REACTION_S)
+    rows = np.arange(2 * WINDOW + 1)[:, None] * STEP_S
+
+    def see(radians: float, late_s: float) -> None:
+        commanded = radians * np.sin(2.0 * rows)
+        lag.see(commanded, radians * np.sin(2.0 * (rows[WINDOW:] - late_s)))
+
+    for _ in range(4):
+        see(1.0, 0.0)
+    for late_s in (0.18, 0.2, 0.22):
+        see(0.05, late_s)
+    assert lag.late_s == 0.0
+    for _ in range(3):
+        see(0.5, 0.2)
+    assert lag.late_s == pytest.approx(0.2, abs=0.01)

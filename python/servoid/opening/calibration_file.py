@@ -60,6 +60,11 @@ def read_calibration(
         cure = "give the calibration of those that took it"
         if found.more and len(cameras) < len(names):
             cure = found.more
+        elif len(cameras) > len(names):
+            cure = (
+                "give what the others recorded as well, joined by plus, or the calibration of "
+                f"{counted(len(names), 'camera')}"
+            )
         raise CaptureError(
             f"{path} is of {counted(len(cameras), 'camera')}, but {source} has {len(names)}; {cure}"
         )

@@ -258,7 +258,7 @@ def test_one_file_of_a_pair_is_told_to_be_one_of_two(tmp_path: Path) -> None:
         ServoidError, match=r"of 1 camera, but run has 2; of a pair, .*left\.yaml\+"
     ):
         cameras_of(tmp_path / "left.yaml")
-    with pytest.raises(ServoidError, match=r"of 2 cameras, but run has 1; give the calibration of"):
+    with pytest.raises(ServoidError, match=r"of 2 cameras, but run has 1; give what the others"):
         cameras_of(tmp_path, ("camera",))
     with pytest.raises(ServoidError, match=r"cannot read .*gone\.yaml: no such file"):
         cameras_of(Path(f"{tmp_path}/left.yaml+gone.yaml"))

@@ -16,16 +16,15 @@ from numpy.typing import NDArray
 
 from servoid.capture.capture import Capture
 from servoid.capture.matched_features import (
-    FIRST_OF_VIDEO,
     LONG_PX,
     MatchedFeatures,
-    alike_features,
     closest_points,
     unit_px,
     unit_rays,
 )
-from servoid.capture.moving_rig import Balls, beside_balls
-from servoid.capture.neighbours import Album, PosedView, is_video, second_from_first
+from servoid.capture.moving_rig import Balls
+from servoid.capture.neighbours import Album, PosedView, second_from_first
+from servoid.capture.surroundings import instants, match_surroundings
 from servoid.pose import Floats, exact
 from servoid.words import camera_called, digits
 
@@ -99,7 +98,7 @@ def doubt_edited(
     if not capture.is_recording or len(capture.cameras) < 2 or not is_at_rest:
         return None
     rough, fine = Album(capture, long_px=LONG_PX // 2), Album(capture)
-    start, *later = _instants(capture, among) or [0]
+    start, *later = instants(capture, among, _PLACES) or [0]
     balls = may_move or (lambda _: ())
     edited = []
     for index in later:
@@ -114,30 +113,12 @@ def doubt_edited(
     return _words(capture, edited) if len(edited) >= _LEAST_EDITED else None
 
 
-def _instants(capture: Capture, among: Sequence[int] | None) -> list[int]:
-    """Return the first observation that is compared, and those with which it is."""
-    pictures = capture.cameras[0].pictures
-    indices = range(len(capture)) if among is None else among
-    there = [index for index in indices if pictures[index] is not None]
-    if is_video(capture.cameras[0]):
-        there = [index for index in there if index < FIRST_OF_VIDEO]
-    places = np.linspace(0, len(there) - 1, _PLACES + 1).round().astype(int)
-    return [there[place] for place in np.unique(places)] if there else []
-
-
 def _matched(album: Album, indices: tuple[int, int], balls: Balls) -> _Both | None:
     """Match the surroundings in the first camera's images of two instants; None if too few."""
-    here, later = (album.posed(0, index) for index in indices)
-    alike = None if here is None or later is None else alike_features(here, later)
-    if alike is None:
+    seen = match_surroundings(album, 0, indices, balls)
+    if seen is None:
         return None
-    camera = album.capture.cameras[0]
-    kept = np.ones(len(alike[0]), np.bool_)
-    for index, pixels in zip(indices, alike, strict=True):
-        pose = album.capture.world_from_rig[index] @ camera.rig_from_camera
-        rays = unit_rays(camera.lens, pixels)
-        kept &= np.isfinite(rays).all(axis=1) & beside_balls(rays, pose, balls(index))
-    both = _Both(*alike, max(unit_px(camera.lens), _LEAST_UNIT_PX)).part(kept)
+    both = _Both(*seen, max(unit_px(album.capture.cameras[0].lens), _LEAST_UNIT_PX))
     return both if len(both.first_px) >= _LEAST else None
 
 

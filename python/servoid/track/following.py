@@ -13,6 +13,7 @@ from servoid.capture import (
     Observation,
     doubt_calibration,
     doubt_edited,
+    doubt_moved,
     doubt_step,
     examine_rig_poses,
     is_refuted,
@@ -156,7 +157,7 @@ def doubt_capture(
     alone, as they contradict a right calibration, too, and so are images that were shifted or
     enlarged after they were taken. Where it is sure that the calibration or the poses of the rig
     are wrong, or that the images were changed, those of the object are wrong, and none has the
-    status `tracking`.
+    status `tracking`; where one of several cameras was moved meanwhile, none has it from there on.
     """
     if not results:
         return []
@@ -177,14 +178,19 @@ def doubt_capture(
     edited = doubt_edited(capture, may_move, among=among)
     if edited is not None:
         return [replace(one.unconfirmed(), edit_doubt=edited) for one in results]
+    moved = doubt_moved(capture, may_move, among=among)
+    if moved is not None and moved.is_apart:
+        told = (one.unconfirmed(moved.since) for one in results)
+        return [replace(one, calibration_doubt=moved.words) for one in told]
+    together = None if moved is None else moved.words
     last = results[0].tracked[-1].index
     doubt = doubt_calibration(capture, is_assumed=is_assumed, last=last)
     if doubt is not None:
         told = (one.unconfirmed() for one in results) if is_refuted(capture) else results
-        return [replace(one, calibration_doubt=doubt) for one in told]
+        return [replace(one, calibration_doubt=doubt, rig_doubt=together) for one in told]
     found = examine_rig_poses(capture, may_move, among=among)
     if found is None:
-        return list(results)
+        return [replace(one, rig_doubt=together) for one in results]
     told = (one.unconfirmed() for one in results) if found.is_sure else results
     return [replace(one, rig_doubt=found.words) for one in told]
 

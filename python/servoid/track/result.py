@@ -87,12 +87,13 @@ class TrackResult:
     image to the first estimate, modelling included; `overlap` is the intersection over union of the
     body's outline and the masks of the first observation, their mean, None without masks. `doubts`
     are those of the notes that doubt the mask, the body or the pose of the start;
-    `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, and
-    `rig_doubt` how they contradict the poses of the rig, by `capture.doubt_rig_poses`, and
-    `step_doubt` by how much one camera is behind another, or that depth images do not change, by
-    `capture.doubt_step`. `edit_doubt` says that images were shifted or enlarged after they were
-    taken, by `capture.doubt_edited`. `gone` says from when on a camera gave nothing, and
-    `wrong_by` what makes all poses surely wrong from the first on.
+    `calibration_doubt` says how images contradict the cameras, by `capture.doubt_calibration`, or
+    that one was moved, by `capture.doubt_moved`, and `rig_doubt` how they contradict the poses of
+    the rig, by `capture.doubt_rig_poses`, or that all of it was moved, and `step_doubt` by how much
+    one camera is behind another, or that depth images do not change, by `capture.doubt_step`.
+    `edit_doubt` says that images were shifted or enlarged after they were taken, by
+    `capture.doubt_edited`. `gone` says from when on a camera gave nothing, and `wrong_by` what
+    makes all poses surely wrong from the first on.
     `is_metric` is False if the body's lengths are in an unknown unit.
     """
 
@@ -126,9 +127,17 @@ class TrackResult:
     def __len__(self) -> int:
         return len(self.tracked)
 
-    def unconfirmed(self) -> "TrackResult":
-        """Return the track with no pose confirmed, as its poses in the world are surely wrong."""
-        told = [replace(one, estimate=one.estimate.in_doubt(located=False)) for one in self.tracked]
+    def unconfirmed(self, since: int = 0) -> "TrackResult":
+        """Return the track with no pose confirmed from the observation `since` on.
+
+        Its poses in the world are surely wrong there.
+        """
+        told = [
+            replace(one, estimate=one.estimate.in_doubt(located=False))
+            if one.index >= since
+            else one
+            for one in self.tracked
+        ]
         return replace(self, tracked=told)
 
     @property

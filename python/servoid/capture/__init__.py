@@ -18,7 +18,7 @@ from servoid.capture.edited_images import doubt_edited
 from servoid.capture.examined import examined
 from servoid.capture.exchanged import check_measurable, check_not_exchanged
 from servoid.capture.matched_features import Features, alike, closest, features_on, of_one_motion
-from servoid.capture.moved_cameras import doubt_moved
+from servoid.capture.moved_cameras import MovedDoubt, doubt_moved
 from servoid.capture.moving_rig import RigDoubt, doubt_rig_poses, examine_rig_poses
 from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.capture.opening import count_uncalibrated, open_capture
@@ -32,6 +32,7 @@ __all__ = [
     "Capture",
     "CaptureCamera",
     "CaptureView",
+    "MovedDoubt",
     "Observation",
     "PosedImage",
     "RigDoubt",

@@ -24,6 +24,7 @@ from servoid.capture.name_order import check_pictured_once, order_note
 from servoid.capture.opening import count_uncalibrated, open_capture
 from servoid.capture.pair_doubt import is_refuted
 from servoid.capture.recorded_times import unordered_times
+from servoid.capture.scan_doubt import SCAN_FIGURES
 from servoid.capture.shrinking import shrunk
 from servoid.capture.step_doubt import doubt_step
 

@@ -14,6 +14,7 @@ from servoid.capture.moving_rig import doubt_rig_poses
 from servoid.capture.neighbours import Album
 from servoid.capture.pair_doubt import doubt_pair
 from servoid.capture.rig_doubt import doubt_rig
+from servoid.capture.scan_doubt import scan_doubt
 from servoid.capture.step_doubt import doubt_step
 from servoid.capture.view_doubt import doubt_views
 from servoid.words import camera_called
@@ -49,8 +50,18 @@ def doubt_for_model(capture: Capture, *, is_assumed: bool = False) -> str | None
     """Return a message if images contradict the calibration or the poses of a model's capture.
 
     What is modelled must rest, so that images from several poses are compared, those of a recording
-    as well. With `is_assumed`, nobody measured the calibration. Cameras out of step are reported
-    first: what they see of moving things contradicts a right calibration.
+    as well. With `is_assumed`, nobody measured the calibration. What a scan doubts of its own poses
+    is reported before what the images say.
+    """
+    notes = (scan_doubt(capture), _doubt_resting(capture, is_assumed=is_assumed))
+    return "; ".join(note for note in notes if note is not None) or None
+
+
+def _doubt_resting(capture: Capture, *, is_assumed: bool) -> str | None:
+    """Return a message if images of what rests contradict the calibration or the poses, else None.
+
+    Cameras out of step are reported first: what they see of moving things contradicts a right
+    calibration.
     """
     late = doubt_step(capture)
     if late is not None:

@@ -105,9 +105,10 @@ def check_turning(matched: Matched) -> None:
     share = turning_share(matched)
     if share is not None and share > _ONLY_TURNS:
         raise ScanError(
-            f"the camera only rotates: rotation in place explains {100 * share:.0f} % of the "
-            "image motion, which does not determine distances; walk sideways around the object "
-            "and keep it in the middle of the image"
+            f"the camera only rotates, or passes by a flat scene: rotation in place explains "
+            f"{100 * share:.0f} % of the image motion, which does not determine distances; walk "
+            "sideways around the object and keep it in the middle of the image; before a wall or "
+            "above a floor, have things in view that stand out from it"
         )
 
 

@@ -35,7 +35,7 @@ class Scan:
 
     There were `count` images, of which `keys` were used. Without `scale`, the median distance from
     the cameras to the points is 1. `times` are seconds by stage. `notes` are messages for the user
-    besides `doubts`.
+    besides `doubts`, and `image_doubts` are doubts that the images raise before they are scanned.
     """
 
     source: Path
@@ -47,6 +47,7 @@ class Scan:
     times: dict[str, float]
     notes: tuple[str, ...] = ()
     given_lens: Lens | None = None
+    image_doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return said(
@@ -73,6 +74,22 @@ class Scan:
     def doubts(self) -> tuple[str, ...]:
         """Return messages on what makes the scan doubtful."""
         return tuple(self._doubts())
+
+    @cached_property
+    def pose_doubts(self) -> tuple[str, ...]:
+        """Return those of the doubts by which the poses, and what is made of them, are wrong."""
+        return tuple(self._pose_doubts())
+
+    def _pose_doubts(self) -> Iterator[str]:
+        yield from self.image_doubts
+        solution = self.solution
+        if solution.zoomed_px is not None:
+            first_px, second_px = solution.zoomed_px
+            yield (
+                f"the first half of the images fits a focal length of {first_px:.0f} px, the "
+                f"second {second_px:.0f}: the zoom or the focus was changed, so that poses and "
+                "points are wrong; keep both fixed, or scan the images of each zoom alone"
+            )
 
     def _doubts(self) -> Iterator[str]:
         solution = self.solution
@@ -103,20 +120,12 @@ class Scan:
         aside = off_center_note("the scan", solution.lens)
         if aside is not None and solution.center_is_found:
             yield f"{aside}; or they were stretched, so that pixels are not square"
-        if not math.isfinite(solution.focal_std_px):
-            yield "the images do not determine the focal length, and the scan is as uncertain"
-        elif solution.focal_std_px >= _ROUGH_FOCAL * solution.focal_px:
+        if solution.focal_std_px >= _ROUGH_FOCAL * solution.focal_px:
             yield (
                 f"the standard deviation of the focal length is {solution.focal_std_px:.0f} of "
                 f"{solution.focal_px:.0f} px"
             )
-        if solution.zoomed_px is not None:
-            first_px, second_px = solution.zoomed_px
-            yield (
-                f"the first half of the images fits a focal length of {first_px:.0f} px, the "
-                f"second {second_px:.0f}: the zoom or the focus was changed, so that poses and "
-                "points are wrong; keep both fixed, or scan the images of each zoom alone"
-            )
+        yield from self.pose_doubts
         yield from self._focal_contradiction()
         if len(solution.names) < _FEW_IMAGES:
             yield f"only {counted(len(solution.names), 'image')} have poses; take more"
@@ -190,6 +199,7 @@ class Scan:
             ],
             "seconds": {stage: round(value, 2) for stage, value in self.times.items()},
             "notes": [*self.notes, *self.doubts],
+            "pose_doubts": list(self.pose_doubts),
         }
 
 

@@ -15,7 +15,7 @@ from servoid.errors import ScanError
 from servoid.output import check_replaceable, write_folder
 from servoid.scan import motion
 from servoid.scan.footage import Footage, open_footage
-from servoid.scan.groups import check_found
+from servoid.scan.groups import LEAST_IMAGES, check_found
 from servoid.scan.inside import copy_masks, write_inside, write_moving
 from servoid.scan.keys import choose_keys
 from servoid.scan.mapping import place_images
@@ -30,7 +30,6 @@ from servoid.scan.solution import Solution
 from servoid.scan.staging import Staged, stage
 from servoid.scan.writing import FOLDER, IMAGES, MASKS, write_capture
 
-_LEAST_IMAGES = 3
 _MASKING = 0.05  # share of the feature stage
 # Shares of the whole work: selecting key images, features and matches, poses, and the second
 # camera, which is rarely present.
@@ -103,6 +102,7 @@ class _Work:
             times=self.times,
             notes=(*self.request.notes, *staged.notes),
             given_lens=self.request.given_lens,
+            image_doubts=staged.doubts,
         )
         write_capture(draft, made, staged, self.page)
         return made
@@ -191,8 +191,8 @@ def _check_named(footage: Footage, names: Iterable[str]) -> None:
 
 
 def _check_count(path: Path, count: int) -> None:
-    if count < _LEAST_IMAGES:
+    if count < LEAST_IMAGES:
         raise ScanError(
             f"{path} has {count} image{'s' * (count != 1)}, too few: a scan needs at least "
-            f"{_LEAST_IMAGES}, and works well with 15 to 50 from all around the object"
+            f"{LEAST_IMAGES}, and works well with 15 to 50 from all around the object"
         )

@@ -30,13 +30,17 @@ Size = tuple[int, int]
 
 @dataclass(frozen=True)
 class Staged:
-    """Images in a folder: file names in order, their size, and the focal length in EXIF data."""
+    """Images in a folder: file names in order, their size, and the focal length in EXIF data.
+
+    `doubts` are messages on what makes them unfit for one scan.
+    """
 
     folder: Path
     files: tuple[str, ...]
     size_px: Size
     focal_px: float | None
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,10 @@ def stage(
             "recorded them",
         )
     )
-    return Staged(folder, tuple(files), size, _noted_focal(photos, size), notes)
+    differing = _differing_focals(photos)
+    focal_px = None if differing is not None else _noted_focal(photos, size)
+    doubts = () if differing is None else (differing,)
+    return Staged(folder, tuple(files), size, focal_px, notes, doubts)
 
 
 def _look(file: Path) -> _Photo:
@@ -159,9 +166,24 @@ def _one_size(path: Path, sizes: dict[str, Size]) -> Size:
 
 
 def _noted_focal(photos: dict[str, _Photo], size: Size) -> float | None:
-    """Return the focal length in the EXIF data of all photographs, if they agree."""
+    """Return the focal length in the EXIF data of the photographs, if all have one."""
     noted = [one.exif.focal_px(size) for one in photos.values()]
     known = [one for one in noted if one is not None]
-    if len(known) < len(noted) or max(known) > (1.0 + _SAME_FOCAL) * min(known):
+    return float(np.median(known)) if len(known) == len(noted) else None
+
+
+def _differing_focals(photos: dict[str, _Photo]) -> str | None:
+    """Return a doubt if the EXIF data of the photographs have several focal lengths, else None."""
+    noted = {name: one.exif.focal_35mm or 0.0 for name, one in photos.items()}
+    known = [name for name, focal in noted.items() if focal > 0.0]
+    if not known:
         return None
-    return float(np.median(known))
+    least, most = min(known, key=noted.__getitem__), max(known, key=noted.__getitem__)
+    if noted[most] <= (1.0 + _SAME_FOCAL) * noted[least]:
+        return None
+    return (
+        "the photographs have different focal lengths in their EXIF data, from "
+        f"{noted[least]:g} mm ({least}) to {noted[most]:g} mm ({most}): a scan estimates one for "
+        "all, so that poses and points are wrong if the zoom or the lens was changed; take "
+        "photographs at one zoom, or scan those of each zoom by themselves"
+    )

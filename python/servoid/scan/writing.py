@@ -5,14 +5,14 @@ from pathlib import Path
 
 import msgspec
 
-from servoid.capture import POSES_HEADER
+from servoid.capture import POSES_HEADER, SCAN_FIGURES
 from servoid.output import FolderKind
 from servoid.scan.result import Scan
 from servoid.scan.staging import Staged
 
 MARK = "# servoid's own scan"
 IMAGES, MASKS = "images", "masks"
-REPORT, FIGURES = "report.html", "scan.json"
+REPORT, FIGURES = "report.html", SCAN_FIGURES
 CAMERA = "camera"
 
 _CAPTURE = """{mark}: {found} of {keys} images have a pose

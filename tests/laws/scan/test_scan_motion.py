@@ -69,6 +69,14 @@ def test_a_camera_that_goes_past_a_wall_does_not_only_turn() -> None:
     motion.check_turning(matched(places))
 
 
+def test_a_camera_that_only_turns_and_one_that_goes_along_a_wall_are_told_both_causes() -> None:
+    along = [seen(0.0, 0.1 * step, cloud((1.0, 1.0001))) for step in range(4)]
+    turning = [seen(turn, 0.0, cloud((0.8, 2.0))) for turn in (-8.0, -3.0, 2.0, 7.0)]
+    for places in (along, turning):
+        with pytest.raises(ScanError, match=r"rotates, or passes by a flat .* stand out from it"):
+            motion.check_turning(matched(places))
+
+
 def test_a_camera_that_stands_is_told_from_one_before_which_something_moves() -> None:
     points = cloud((0.8, 2.0))
     still = [seen(0.0, 0.0, points) for _ in range(4)]

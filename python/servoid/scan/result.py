@@ -12,6 +12,7 @@ import numpy as np
 from servoid._native import Lens
 from servoid.brief import said
 from servoid.camera import off_center_note
+from servoid.scan.lookalikes import lookalikes
 from servoid.scan.metres.scale import Scale
 from servoid.scan.solution import Solution
 from servoid.words import counted, finite
@@ -89,6 +90,15 @@ class Scan:
                 f"the first half of the images fits a focal length of {first_px:.0f} px, the "
                 f"second {second_px:.0f}: the zoom or the focus was changed, so that poses and "
                 "points are wrong; keep both fixed, or scan the images of each zoom alone"
+            )
+        alike = lookalikes(solution)
+        if alike:
+            pairs = tuple(" and ".join(pair.names) for pair in alike)
+            yield (
+                f"{_some(pairs)} have the same pose, but see different things, in up to "
+                f"{100.0 * alike[0].share:.0f} % of an image: they may show sides of the object "
+                "that look alike, such as front and back of a box, so that poses and points are "
+                "wrong; make the sides differ, as with a sticker on one, and hold still what moved"
             )
 
     def _doubts(self) -> Iterator[str]:

@@ -23,9 +23,9 @@ COUNT = 8
 LENS = Lens(model="pinhole", size_px=(480, 360), focal_px=(430.0, 430.0), center_px=(239.5, 179.5))
 
 
-def around(count: int = COUNT) -> Solution:
-    """Return a scan of a few hundred points, all of which each camera around them sees."""
-    points = np.random.default_rng(0).uniform(-0.2, 0.2, (300, 3))
+def around(count: int = COUNT, spread: float = 0.2) -> Solution:
+    """Return a scan of hundreds of points, all of which each camera around them sees."""
+    points = np.random.default_rng(0).uniform(-spread, spread, (900, 3))
     turns = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
     eyes = [np.array([np.cos(turn), np.sin(turn), 0.3]) for turn in turns]
     poses = tuple(looking(eye, np.zeros(3)) for eye in eyes)
@@ -115,6 +115,35 @@ def test_a_model_of_a_scan_has_the_doubts_of_its_poses(tmp_path: Path) -> None:
     assert doubt is not None and doubt.startswith("the scan that found the poses doubts them: ")
     assert "the photographs differ; the first half of the images fits a focal length" in doubt
     assert set(wrong.pose_doubts) <= set(wrong.doubts)
+
+
+def seen_by(solution: Solution, seen: list[np.ndarray]) -> Solution:
+    """Return a scan whose images each see only some of the points."""
+    marks = [places[rows] for places, rows in zip(solution.marks_px, seen, strict=True)]
+    return replace(solution, seen=tuple(seen), marks_px=tuple(marks))
+
+
+def test_images_at_one_pose_that_see_different_surroundings_are_a_doubt(tmp_path: Path) -> None:
+    once = around(4, spread=0.45)
+    twice = replace(
+        once,
+        names=tuple(f"p{index}" for index in range(8)),
+        world_from_camera=once.world_from_camera * 2,
+        seen=once.seen * 2,
+        marks_px=once.marks_px * 2,
+        error_px=np.full(8, 0.4),
+    )
+    rng = np.random.default_rng(1)
+    rows = np.arange(len(twice.points))
+    missed = seen_by(twice, [rows[rng.random(len(rows)) < 0.6] for _ in range(8)])
+    assert scan_of(missed, tmp_path).pose_doubts == ()
+    box = np.abs(twice.points).max(axis=1) < 0.25
+    front, back = (rows[box | (rows % 2 == half)] for half in (0, 1))
+    mixed = scan_of(seen_by(twice, [front] * 4 + [back] * 4), tmp_path)
+    [doubt] = mixed.pose_doubts
+    for index in range(4):
+        assert f"p{index} and p{index + 4}" in doubt
+    assert "front and back of a box" in doubt
 
 
 @pytest.mark.parametrize("content", [b"", b"[1]", b'{"notes": ["of an earlier version"]}'])

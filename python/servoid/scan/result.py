@@ -95,7 +95,7 @@ class Scan:
         if alike:
             pairs = tuple(" and ".join(pair.names) for pair in alike)
             yield (
-                f"{_some(pairs)} have the same pose, but see different things, in up to "
+                f"{_some(pairs)} have nearly one pose, but see different things, in up to "
                 f"{100.0 * alike[0].share:.0f} % of an image: they may show sides of the object "
                 "that look alike, such as front and back of a box, so that poses and points are "
                 "wrong; make the sides differ, as with a sticker on one, and hold still what moved"

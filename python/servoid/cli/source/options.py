@@ -76,8 +76,9 @@ Unit = Annotated[
     typer.Option(
         "--unit",
         metavar="M",
-        help="The length in metres of one unit of a COLMAP model or a transforms.json, which is "
-        "unknown if not given, or of a mesh or a point cloud (default 1): 0.001 for millimetres.",
+        help="The length in metres of one unit of the source, such as 0.001 for millimetres. "
+        "Without, it is 1 of a mesh or a point cloud, and unknown of a COLMAP model or a "
+        "transforms.json.",
         rich_help_panel=_CAMERAS,
     ),
 ]

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 import pytest
 from fake_tracker import plain_body
-from numpy.typing import NDArray
 from recordings import Recording
+from turned_cameras import turned
 
 from servoid.capture import Capture, PosedImage, capture_of, doubt_calibration, is_refuted
 from servoid.capture.exchanged import Sides
@@ -16,24 +16,11 @@ from servoid.pose import Pose
 from servoid.track import Request, Subject, track_capture
 
 COUNT = 12
-Image = NDArray[np.uint8]
 
 
 @pytest.fixture(scope="module")
 def still(recording: Callable[[str], Recording]) -> Capture:
     return recording("colour").capture
-
-
-def turned(image: Image, degrees: float, focal_px: float) -> Image:
-    """Return what a camera sees once it has turned about its vertical axis."""
-    height, width = image.shape[:2]
-    matrix = np.array(
-        [[focal_px, 0.0, (width - 1) / 2], [0.0, focal_px, (height - 1) / 2], [0.0, 0.0, 1.0]]
-    )
-    turn = Pose.exp([0.0, 0.0, 0.0, 0.0, np.radians(degrees), 0.0]).matrix()[:3, :3]
-    change = matrix @ turn @ np.linalg.inv(matrix)
-    moved = cv2.warpPerspective(image, change, (width, height), borderMode=cv2.BORDER_REFLECT)
-    return np.asarray(moved, np.uint8)
 
 
 def loosened(capture: Capture, degrees: float) -> Capture:
@@ -45,7 +32,7 @@ def loosened(capture: Capture, degrees: float) -> Capture:
         for name in ("left", "right"):
             view = views[name, index]
             by = degrees * index / (COUNT - 1) if name == "right" else 0.0
-            image = turned(view.image(), by, view.camera.focal_px[0])
+            image = turned(view.image(), by, view.camera.focal_px[0], cv2.BORDER_REFLECT)
             mask = view.mask() if view.has_mask else None
             seen.append(
                 PosedImage(

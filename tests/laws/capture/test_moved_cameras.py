@@ -4,12 +4,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from fake_tracker import plain_body
-from numpy.typing import NDArray
 from recordings import Recording
+from turned_cameras import turned
 
 from servoid.capture import ArrayPicture, Capture, doubt_moved, open_capture
 from servoid.pose import Pose
@@ -17,7 +16,6 @@ from servoid.track import Request, Subject, TrackResult, track_capture
 
 DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
 COUNT = 12
-Image = NDArray[np.uint8]
 Course = Callable[[int], float]
 """Returns by how many degrees a camera is turned in an observation."""
 
@@ -28,18 +26,6 @@ def sagging(degrees: float) -> Course:
 
 def kicked(degrees: float, at: int = 7) -> Course:
     return lambda index: degrees * (index >= at)
-
-
-def turned(image: Image, degrees: float, focal_px: float) -> Image:
-    """Return what a camera sees once it has turned about its vertical axis."""
-    height, width = image.shape[:2]
-    matrix = np.array(
-        [[focal_px, 0.0, (width - 1) / 2], [0.0, focal_px, (height - 1) / 2], [0.0, 0.0, 1.0]]
-    )
-    turn = Pose.exp([0.0, 0.0, 0.0, 0.0, np.radians(degrees), 0.0]).matrix()[:3, :3]
-    change = matrix @ turn @ np.linalg.inv(matrix)
-    moved = cv2.warpPerspective(image, change, (width, height), borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(moved, np.uint8)
 
 
 def moved(capture: Capture, course: Course, cameras: tuple[str, ...], step: int = 1) -> Capture:

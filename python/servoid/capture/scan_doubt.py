@@ -5,6 +5,8 @@ from pathlib import Path
 import msgspec
 
 from servoid.capture.capture import Capture
+from servoid.config import SETTINGS_FILE, read_bytes
+from servoid.errors import CaptureError
 
 SCAN_FIGURES = "scan.json"  # beside the capture.toml of a scan
 
@@ -26,6 +28,7 @@ def scan_doubt(capture: Capture) -> str | None:
 def _pose_doubts(figures: Path) -> list[str]:
     """Return the doubts in a scan's file; none in another one that only has its name."""
     try:
-        return msgspec.json.decode(figures.read_bytes(), type=_Doubted).pose_doubts
-    except (OSError, msgspec.MsgspecError):
+        content = read_bytes(figures, CaptureError, SETTINGS_FILE)
+        return msgspec.json.decode(content, type=_Doubted).pose_doubts
+    except (CaptureError, msgspec.MsgspecError):
         return []

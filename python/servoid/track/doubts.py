@@ -193,8 +193,6 @@ def recognised(
         TrackError: the appearance cannot be read, or it is not that of the body.
 
     """
-    if subject.body is None or subject.appearance is None:
-        return None
     near = _recognised_by(make, instant, subject, (pose, pose))
     if near is None or near.is_sure or subject.start is None:
         return near
@@ -209,8 +207,10 @@ def _recognised_by(
     start: tuple[Pose, Pose | None],
 ) -> Recognition | None:
     """Search near a pose or, for None, anywhere, and compare what is found with the start."""
+    if subject.body is None or subject.appearance is None:
+        return None
     probe = make()
-    if subject.body is None or subject.appearance is None or not isinstance(probe, Rememberer):
+    if not isinstance(probe, Rememberer):
         return None
     recall(probe, subject.appearance)
     pose, near = start

@@ -10,14 +10,14 @@ import pytest
 from fake_tracker import plain_body
 from numpy.typing import NDArray
 from recordings import Recording
+from turned_cameras import Image, changed
 
-from servoid.capture import ArrayPicture, Capture, doubt_edited, open_capture
+from servoid.capture import Capture, CaptureCamera, doubt_edited, open_capture
 from servoid.pose import Pose
 from servoid.track import Subject, track_capture
 
 DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
 COUNT = 5
-Image = NDArray[np.uint8]
 Edit = Callable[[Image, float, float], Image]
 """Changes an image, by a share from 0 to 1 of the whole change, and the focal length in pixels."""
 
@@ -56,28 +56,11 @@ def rolled(image: Image, share: float, focal_px: float) -> Image:
 
 def edited(capture: Capture, edit: Edit, step: int = 1) -> Capture:
     """Return every `step`-th observation, of which each camera's image is edited more."""
-    places = [place * step for place in range(COUNT)]
-    cameras = []
-    for camera in capture.cameras:
-        pictures = []
-        for number, place in enumerate(places):
-            picture = camera.pictures[place]
-            assert picture is not None
-            pixels = picture.read(camera.lens.size_px)
-            pixels = edit(pixels, number / (COUNT - 1), camera.lens.focal_px[0])
-            pictures.append(ArrayPicture(path=capture.path, label=str(number), pixels=pixels))
-        none = (None,) * COUNT
-        cameras.append(
-            replace(
-                camera, pictures=tuple(pictures), mask_paths=none, depth_paths=none, depths_m=()
-            )
-        )
-    return replace(
-        capture,
-        cameras=tuple(cameras),
-        world_from_rig=tuple(capture.world_from_rig[place] for place in places),
-        times_s=None,
-    )
+
+    def more(image: Image, camera: CaptureCamera, number: int) -> Image:
+        return edit(image, number / (COUNT - 1), camera.lens.focal_px[0])
+
+    return changed(capture, COUNT, more, step)
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from fake_tracker import plain_body
 from recordings import Recording
-from turned_cameras import turned
+from turned_cameras import Image, changed, turned
 
-from servoid.capture import ArrayPicture, Capture, doubt_moved, open_capture
+from servoid.capture import Capture, CaptureCamera, doubt_moved, open_capture
 from servoid.pose import Pose
 from servoid.track import Request, Subject, TrackResult, track_capture
 
@@ -30,28 +30,12 @@ def kicked(degrees: float, at: int = 7) -> Course:
 
 def moved(capture: Capture, course: Course, cameras: tuple[str, ...], step: int = 1) -> Capture:
     """Return every `step`-th observation, in which some cameras are turned."""
-    places = [place * step for place in range(COUNT)]
-    made = []
-    for camera in capture.cameras:
-        pictures = []
-        for number, place in enumerate(places):
-            picture = camera.pictures[place]
-            assert picture is not None
-            pixels = picture.read(camera.lens.size_px)
-            if camera.name in cameras:
-                pixels = turned(pixels, course(number), camera.lens.focal_px[0])
-            pictures.append(ArrayPicture(path=capture.path, label=str(number), pixels=pixels))
-        made.append(
-            replace(
-                camera,
-                pictures=tuple(pictures),
-                mask_paths=tuple(camera.mask_paths[place] for place in places),
-                depth_paths=(None,) * COUNT,
-                depths_m=(),
-            )
-        )
-    poses = tuple(capture.world_from_rig[place] for place in places)
-    return replace(capture, cameras=tuple(made), world_from_rig=poses, times_s=None)
+
+    def seen(image: Image, camera: CaptureCamera, number: int) -> Image:
+        is_turned = camera.name in cameras
+        return turned(image, course(number), camera.lens.focal_px[0]) if is_turned else image
+
+    return changed(capture, COUNT, seen, step)
 
 
 @pytest.fixture(scope="module")
@@ -99,21 +83,17 @@ def test_a_rig_that_turns_all_the_time_is_not_taken_for_kicked(still: Capture) -
 
 
 def test_one_thing_that_moves_before_a_plain_wall_is_no_rig_that_is_kicked(still: Capture) -> None:
-    plain = moved(still, kicked(0.0), ())
-    cameras = []
-    for camera in plain.cameras:
+    def seen(_: Image, camera: CaptureCamera, number: int) -> Image:
         first = camera.pictures[0]
         assert first is not None
         texture = first.read(camera.lens.size_px)
         height, width = texture.shape[0] // 2, texture.shape[1] // 2
-        pictures = []
-        for index in range(COUNT):
-            pixels = np.full_like(texture, 128)
-            right, down = (8, 5) if index >= 7 else (0, 0)
-            pixels[down : down + height, right : right + width] = texture[-height:, :width]
-            pictures.append(ArrayPicture(path=still.path, label=str(index), pixels=pixels))
-        cameras.append(replace(camera, pictures=tuple(pictures)))
-    assert doubt_moved(replace(plain, cameras=tuple(cameras))) is None
+        pixels = np.full_like(texture, 128)
+        right, down = (8, 5) if number >= 7 else (0, 0)
+        pixels[down : down + height, right : right + width] = texture[-height:, :width]
+        return pixels
+
+    assert doubt_moved(changed(still, COUNT, seen)) is None
 
 
 def tracked(capture: Capture) -> TrackResult:

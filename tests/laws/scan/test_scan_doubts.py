@@ -1,5 +1,6 @@
 """What a scan refuses and doubts by its figures alone, and that models of it know the doubts."""
 
+import os
 import struct
 from dataclasses import replace
 from pathlib import Path
@@ -152,6 +153,13 @@ def test_a_file_that_is_named_like_a_scans_figures_is_no_doubt(
 ) -> None:
     capture = written(scan_of(around(), tmp_path), tmp_path)
     (tmp_path / FIGURES).write_bytes(content)
+    assert doubt_for_model(capture) is None
+
+
+def test_a_named_pipe_in_place_of_a_scans_figures_is_not_waited_for(tmp_path: Path) -> None:
+    capture = written(scan_of(around(), tmp_path), tmp_path)
+    (tmp_path / FIGURES).unlink()
+    os.mkfifo(tmp_path / FIGURES)
     assert doubt_for_model(capture) is None
 
 

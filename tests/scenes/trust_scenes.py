@@ -83,17 +83,26 @@ TOYS = {
     "spot": Toy(0.15, (0.75, 0.7, 0.65)),
 }
 _TOY = "toy "  # before the name of one
-# Turned on a lathe: a skittle and a bottle of one colour, whose spin nothing shows, and a bottle
-# with a label on a third of its girth. Profiles are radii and heights in millimetres.
+# Turned on a lathe: a skittle and a bottle of one colour, whose spin nothing shows, a lamp and a tower
+# whose creases have the contrast of print, and a bottle with a label on a third of its girth. Profiles
+# are radii and heights in millimetres.
 SKITTLE, PLAIN_BOTTLE, LABELLED = "skittle", "plain bottle", "labelled bottle"
+LAMP, TOWER = "lamp", "tower"
 _BOTTLE = ((30, -90), (34, -85), (34, 30), (20, 55), (12, 70), (12, 90))
 _PROFILES = {
     PLAIN_BOTTLE: _BOTTLE,
     SKITTLE: ((20, -90), (34, -60), (36, -20), (20, 20), (14, 50), (19, 70), (12, 90)),
     LABELLED: _BOTTLE,
+    LAMP: ((50, -80), (50, -70), (8, -65), (8, 0), (25, 1), (50, 30), (20, 80)),
+    TOWER: ((50, -80), (20, -41), (45, -40), (18, -1), (38, 0), (15, 39), (30, 40), (2, 80)),
 }
 _RINGS = 60
-_PAINTS = {SKITTLE: (0.8, 0.25, 0.2), PLAIN_BOTTLE: (0.25, 0.5, 0.75)}
+_PAINTS = {
+    SKITTLE: (0.8, 0.25, 0.2),
+    PLAIN_BOTTLE: (0.25, 0.5, 0.75),
+    LAMP: (0.75, 0.8, 0.2),
+    TOWER: (0.75, 0.85, 0.25),
+}
 # A pale jug, open at the top, with a handle of capsules: its rims and handle look like print.
 JUG = "jug"
 _JUG = ((0, -75), (60, -75), (45, 75), (42, 75), (57, -72), (0, -72))
@@ -255,6 +264,8 @@ SPINS = {
     "skittle": Course((SKITTLE,), 60, 3.0, turned_deg=on_and_on),
     "plain bottle": Course((PLAIN_BOTTLE,), 60, 3.0, turned_deg=on_and_on),
     "labelled bottle": Course((LABELLED,), 100, 3.0, turned_deg=on_and_on),
+    "lamp": Course((LAMP,), 60, 3.0, turned_deg=on_and_on),
+    "tower": Course((TOWER,), 60, 3.0, turned_deg=on_and_on),
 }
 # The toys only where their meshes lie beside the repository.
 ALL_COURSES = COURSES | PLAIN_COURSES | LEAVING_COURSES | SPINS | JUGS | TOY_COURSES

@@ -40,6 +40,8 @@ pub struct Tracker {
     pub(super) jitter: Jitter,
     pub(super) held_back: HeldBack,
     pub(super) workspace: Workspace,
+    /// Another one, for poses that are compared with the one that is followed.
+    pub(super) spare: Workspace,
     pub(super) fresh: Vec<Feature>,
     pub(super) cells: Cells,
     /// Running mean of the prediction error, in metres and radians.
@@ -93,6 +95,7 @@ impl Tracker {
             motion: Motion::at_rest(0.0, body.world_from_object()),
             newest: None,
             workspace: Workspace::default(),
+            spare: Workspace::default(),
             fresh: Vec::new(),
             cells: Cells::default(),
             status: Status::Searching,

@@ -54,6 +54,12 @@ impl WeakestTurn {
         Pose::exp(&(self.motion * angle))
     }
 
+    /// Returns the angle about the axis by which one pose is turned from another, in radians.
+    pub(crate) fn angle_from(&self, one: &Pose, other: &Pose) -> f64 {
+        let off = (one.inverse() * *other).log();
+        off.fixed_rows::<3>(3).dot(&self.motion.fixed_rows::<3>(3))
+    }
+
     /// Returns whether the image of a point changes faster with the rotation than that of a surface
     /// without print: by noise, or by shading, which is as bright as `light` at most. A shift across
     /// the motion is no change: rings stay rings.

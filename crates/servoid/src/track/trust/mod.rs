@@ -6,6 +6,7 @@ mod outline;
 mod parting;
 mod print;
 mod report;
+mod spin;
 mod state;
 
 pub(super) use self::parting::Parting;

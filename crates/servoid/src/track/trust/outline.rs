@@ -78,7 +78,7 @@ impl Tracker {
         self.weakest_turn(hypothesis).map_or(0.0, |turn| turn.lever)
     }
 
-    fn weakest_turn(&self, hypothesis: &Hypothesis) -> Option<WeakestTurn> {
+    pub(super) fn weakest_turn(&self, hypothesis: &Hypothesis) -> Option<WeakestTurn> {
         WeakestTurn::of(&hypothesis.normal.outline.0, self.target.solid.radius)
     }
 

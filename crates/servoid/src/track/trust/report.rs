@@ -84,13 +84,14 @@ impl Tracker {
         let by_outline = located && (adjusted.is_some() || self.is_turn_outlined(hypothesis));
         let evidence = self.evidence(&hypothesis.quality, &known.covariance, by_outline);
         // The matches are those of a pose that is followed, or of points that are forgotten.
-        let shows = by_outline
-            || located
-                && shows_turn(&evidence, self.printed(&hypothesis.quality))
-                && self.is_finely_patterned(&hypothesis.quality)
-                && (is_printed || !self.trust.outline_fell)
-                && self.is_turn_visible(hypothesis)
-                && self.believes_relief(&hypothesis.quality);
+        let shows_print = !by_outline
+            && located
+            && shows_turn(&evidence, self.printed(&hypothesis.quality))
+            && self.is_finely_patterned(&hypothesis.quality)
+            && (is_printed || !self.trust.outline_fell)
+            && self.is_turn_visible(hypothesis)
+            && self.believes_relief(&hypothesis.quality);
+        let shows = by_outline || shows_print && !self.is_spin_open(observation, hypothesis);
         let most_drift = self.trust.most_drift(self.target.relief.is_open);
         let is_reliable = shows && is_turn_reliable(&evidence, most_drift);
         let visible = hypothesis.quality.visible;

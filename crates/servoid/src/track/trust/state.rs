@@ -1,4 +1,5 @@
 use super::found_turn::FoundTurn;
+use super::spin::Spin;
 use super::{ADRIFT_RAD, CLEAR};
 use crate::track::estimate::Status;
 use crate::track::pose::verify::Quality;
@@ -83,6 +84,7 @@ pub(in crate::track) struct Trust {
     /// Images since as much of it as usual was seen.
     pub(in crate::track) doubtful: usize,
     pub(in crate::track) found_turn: FoundTurn,
+    pub(super) spin: Spin,
 }
 
 impl Trust {

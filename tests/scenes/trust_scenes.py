@@ -83,9 +83,9 @@ TOYS = {
     "spot": Toy(0.15, (0.75, 0.7, 0.65)),
 }
 _TOY = "toy "  # before the name of one
-# Turned on a lathe: a skittle and a bottle of one colour, whose spin nothing shows, a lamp and a tower
-# whose creases have the contrast of print, and a bottle with a label on a third of its girth. Profiles
-# are radii and heights in millimetres.
+# Turned on a lathe: a skittle and a bottle of one colour, whose spin nothing shows, a lamp and a
+# tower whose creases have the contrast of print, and a bottle with a label on a third of its girth.
+# Profiles are radii and heights in millimetres.
 SKITTLE, PLAIN_BOTTLE, LABELLED = "skittle", "plain bottle", "labelled bottle"
 LAMP, TOWER = "lamp", "tower"
 _BOTTLE = ((30, -90), (34, -85), (34, 30), (20, 55), (12, 70), (12, 90))

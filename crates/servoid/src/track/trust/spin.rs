@@ -9,7 +9,7 @@ use crate::track::tracker::Tracker;
 /// Angle by which a pose is turned on about the axis of that rotation, in radians, and the part of it
 /// that must be left once it is refined there: print takes it back.
 const BY_RAD: f64 = 0.1;
-const LEFT: f64 = 0.35;
+const LEFT: f64 = 0.5;
 /// Coarsest resolutions from which it is refined, until it fits: a coarse one takes back what the
 /// finest leaves, but where blocks of JPEG images are part of the points, the finest finds nothing.
 const COARSEST: [usize; 2] = [0, 1];

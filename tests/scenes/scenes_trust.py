@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 
@@ -51,8 +52,10 @@ def known_body(name: str) -> Body:
     return model.fit_mesh(*mesh_of(name), model.Request(max_ellipsoids=ELLIPSOIDS)).body
 
 
-def followed(name: str, how: str, seed: int, folder: Path | None = None) -> Verdicts:
-    """Track the object of a course, and judge the track."""
+def followed(
+    name: str, how: str, seed: int, folder: Path | None = None, cameras: int = 2
+) -> Verdicts:
+    """Track the object of a course by the first cameras, and judge the track."""
     folder = drawn_course(name, seed) if folder is None else folder
     course, truth = ALL_COURSES[name], true_poses(folder)
     subject = Subject()
@@ -60,7 +63,9 @@ def followed(name: str, how: str, seed: int, folder: Path | None = None) -> Verd
         body = known_body(course.object_of(seed))
         start = truth[0] @ body.world_from_object
         subject = Subject(body=body, start=start, known_shape=True)
-    result = tracks_through(open_capture(folder), [subject], Request(seed=seed))[0]
+    capture = open_capture(folder)
+    capture = replace(capture, cameras=capture.cameras[:cameras])
+    result = tracks_through(capture, [subject], Request(seed=seed))[0]
     return verdicts(result.tracked, truth, course.vertices(seed))
 
 

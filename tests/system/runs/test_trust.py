@@ -222,6 +222,12 @@ def test_creases_that_stay_where_they_are_tell_no_spin(
 
 
 @pytest.mark.extended
+def test_creases_tell_no_spin_to_a_single_camera_either(course: Draw) -> None:
+    found = followed("tower", KNOWN, 2, course("tower", 2, FULL), cameras=1)
+    assert not found.trusted_wrong.any() and found.tracking.mean() <= 0.1  # 30 of 59 were wrong
+
+
+@pytest.mark.extended
 def test_outlines_tell_no_spin_of_a_plain_bottle_in_small_images(tracked: Track) -> None:
     found = tracked("plain bottle", LOOKED_AT, 1)
     assert not found.trusted_wrong.any()  # 8 of 59 were, 105 to 140 degrees off

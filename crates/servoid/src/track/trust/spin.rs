@@ -61,16 +61,12 @@ impl Spin {
 
 impl Tracker {
     /// Returns whether a pose that is followed still fits as well once it is turned on about the axis
-    /// of the rotation that the outline shows least. Where distances are guesses, they take up any
-    /// small rotation, which says nothing.
+    /// of the rotation that the outline shows least.
     pub(super) fn is_spin_open(
         &mut self,
         observation: &Observation<'_>,
         hypothesis: &Hypothesis,
     ) -> bool {
-        if self.target.points.are_guessed() {
-            return self.trust.spin.is_open();
-        }
         if let Some(turn) = self.weakest_turn(hypothesis)
             && let Some(angle) = self.trust.spin.due_rad()
         {

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from servoid.batch import Done, Experiment, Work, Workers, run_batch
 from servoid.batch.running import ProgressCallback
-from servoid.capture import doubt_for_model
 from servoid.errors import StudyError
 from servoid.exchange import is_capture, open_any
 from servoid.model import Request, fit_capture, fit_capture_by_paper
@@ -91,15 +90,13 @@ def model_capture(case: CaptureCase) -> CaptureRow:
         threads=1,
         trust_targets=case.trust_targets,
     )
-    # Before the views are read, as for one capture alone.
-    doubt = doubt_for_model(capture)
     instants = None if case.observations is None else slice(*case.observations)
     chosen = {"observations": instants, "views": slice(*case.views)}
     if case.by_paper:
         result = fit_capture_by_paper(capture, request, targets=targets, **chosen)
     else:
         result = fit_capture(capture, request, targets=targets, distance_m=case.distance, **chosen)
-    result = replace(result, notes=(*capture.notes, *result.notes)).doubted([doubt])
+    result = replace(result, notes=(*capture.notes, *result.notes))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "body.json"
         result.save(file, learn_appearance(result))

@@ -21,7 +21,7 @@ from servoid.words import camera_called
 
 
 def doubt_calibration(
-    capture: Capture, *, is_assumed: bool = False, last: int | None = None, rests: bool = False
+    capture: Capture, *, last: int | None = None, rests: bool = False
 ) -> str | None:
     """Return a message if images contradict the calibration of a capture's cameras, else None.
 
@@ -29,7 +29,7 @@ def doubt_calibration(
     from near places. A recording is taken for static only if it `rests`: most of what the cameras
     see, as for a model. Images that two cameras have exchanged are reported first, and features
     that would be behind two cameras, or do not fit their poses, last. Parallel cameras at one pose
-    do not determine the focal length; it is compared only if it `is_assumed`, and then only for
+    do not determine the focal length; it is compared only if nobody measured it, and then only for
     their being parallel. One stationary camera determines nothing. Parallel cameras that the first
     images show to be right are compared again at the observation `last`, by default the capture's,
     unless it is late in a video. A principal point outside of the image, as of a calibration for
@@ -41,23 +41,22 @@ def doubt_calibration(
         return outside
     notes = (
         _first_note(off_center_note, capture.cameras),
-        _doubt_images(capture, is_assumed=is_assumed, last=last, rests=rests),
+        _doubt_images(capture, last=last, rests=rests),
     )
     return "; ".join(note for note in notes if note is not None) or None
 
 
-def doubt_for_model(capture: Capture, *, is_assumed: bool = False) -> str | None:
+def doubt_for_model(capture: Capture) -> str | None:
     """Return a message if images contradict the calibration or the poses of a model's capture.
 
     What is modelled must rest, so that images from several poses are compared, those of a recording
-    as well. With `is_assumed`, nobody measured the calibration. What a scan doubts of its own poses
-    is reported before what the images say.
+    as well. What a scan doubts of its own poses is reported before what the images say.
     """
-    notes = (scan_doubt(capture), _doubt_resting(capture, is_assumed=is_assumed))
+    notes = (scan_doubt(capture), _doubt_resting(capture))
     return "; ".join(note for note in notes if note is not None) or None
 
 
-def _doubt_resting(capture: Capture, *, is_assumed: bool) -> str | None:
+def _doubt_resting(capture: Capture) -> str | None:
     """Return a message if images of what rests contradict the calibration or the poses, else None.
 
     Cameras out of step are reported first: what they see of moving things contradicts a right
@@ -66,7 +65,7 @@ def _doubt_resting(capture: Capture, *, is_assumed: bool) -> str | None:
     late = doubt_step(capture)
     if late is not None:
         return late
-    doubt = doubt_calibration(capture, is_assumed=is_assumed, rests=True)
+    doubt = doubt_calibration(capture, rests=True)
     is_still = all(pose == capture.world_from_rig[0] for pose in capture.world_from_rig)
     return doubt if doubt is not None or is_still else doubt_rig_poses(capture)
 
@@ -79,14 +78,12 @@ def _first_note(
     return next((note for note in notes if note is not None), None)
 
 
-def _doubt_images(
-    capture: Capture, *, is_assumed: bool, last: int | None, rests: bool
-) -> str | None:
+def _doubt_images(capture: Capture, *, last: int | None, rests: bool) -> str | None:
     """Return a message if matched features contradict the calibration, else None."""
     album, cameras, note = Album(capture), capture.cameras, None
     if len(cameras) > 1 and _share_instants(cameras):
         doubt = doubt_pair if len(cameras) == 2 else doubt_rig
-        note = doubt(album, is_assumed=is_assumed, last=last)
+        note = doubt(album, last=last)
     if note is None and (rests or not capture.is_recording):
         return doubt_views(album)
     return note

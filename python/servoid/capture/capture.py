@@ -323,9 +323,9 @@ class CaptureView:
 class Capture:
     """A validated capture: each camera has an image, or None, for each observation.
 
-    `rate_hz` is the number of observations per second if the capture is a recording. `notes` are
-    messages for the user, for example on assumptions. `metric` is false where lengths are not in
-    metres because the scale is unknown.
+    `rate_hz` is the number of observations per second if the capture is a recording, `notes` are
+    messages for the user. `metric` is false where lengths are not in metres because the scale is
+    unknown, `measured` where nobody measured the calibration.
     """
 
     path: Path
@@ -335,6 +335,7 @@ class Capture:
     rate_hz: float | None = None
     notes: tuple[str, ...] = ()
     metric: bool = True
+    measured: bool = True
 
     def __repr__(self) -> str:
         return said(

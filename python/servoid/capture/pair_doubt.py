@@ -34,10 +34,10 @@ AT_END = "a camera was moved meanwhile, as at the end, though not at the start,"
 """Begins what only the last images say."""
 
 
-def doubt_pair(album: Album, *, is_assumed: bool, last: int | None) -> str | None:
+def doubt_pair(album: Album, *, last: int | None) -> str | None:
     """Return a message if what the first two cameras see contradicts their calibration, else None.
 
-    The focal length of parallel cameras is compared only if it `is_assumed`, and then only for
+    The focal length of parallel cameras is compared only if nobody measured it, and then only for
     their being parallel. Parallel cameras that the first images show to be right are compared again
     at the observation `last`, by default the capture's.
     """
@@ -47,7 +47,7 @@ def doubt_pair(album: Album, *, is_assumed: bool, last: int | None) -> str | Non
     if repeated is not None:
         return repeated
     matched = matched_at(album, (0, 1), evenly(len(album.capture), _INSTANTS))
-    if not (is_assumed or constrains_focal(second_from_first(first, second))):
+    if album.capture.measured and not constrains_focal(second_from_first(first, second)):
         pairs = list(until_settled(matched))
         note = exchange_note(names, pairs) or contradiction_note(names, pairs)
         return note or _doubt_end(album, last, all_sides(pairs))

@@ -50,11 +50,10 @@ class _Finding:
     note: str | None
 
 
-def doubt_rig(album: Album, *, is_assumed: bool, last: int | None) -> str | None:
+def doubt_rig(album: Album, *, last: int | None) -> str | None:
     """Return a message if what the cameras see contradicts their calibration, else None.
 
-    `is_assumed` has the meaning that it has for a pair. The images at the observation `last`, by
-    default the capture's, are compared as well.
+    The images at the observation `last`, by default the capture's, are compared as well.
     """
     repeated = _repeated(album)
     if repeated is not None:
@@ -62,14 +61,14 @@ def doubt_rig(album: Album, *, is_assumed: bool, last: int | None) -> str | None
     count = len(album.capture) if last is None else min(last + 1, len(album.capture))
     if any(is_video(camera) for camera in album.capture.cameras):
         count = min(count, FIRST_OF_VIDEO)
-    note = _doubt_at(album, evenly(count, _INSTANTS), is_assumed=is_assumed)
+    note = _doubt_at(album, evenly(count, _INSTANTS))
     if note is not None or count < 2 or len(album.capture.cameras) > _FEW:
         return note
-    late = _doubt_at(album, [count - 1], is_assumed=is_assumed)
+    late = _doubt_at(album, [count - 1])
     return late and f"{AT_END} {late}"
 
 
-def _doubt_at(album: Album, indices: Sequence[int], *, is_assumed: bool) -> str | None:
+def _doubt_at(album: Album, indices: Sequence[int]) -> str | None:
     """Compare the cameras at the first of some instants at which they have features in common."""
     matched = {}
     for pair in _partners(album):
@@ -85,7 +84,8 @@ def _doubt_at(album: Album, indices: Sequence[int], *, is_assumed: bool) -> str 
     turned = [
         one
         for (first, second), one in matched.items()
-        if is_assumed or constrains_focal(second_from_first(cameras[first], cameras[second]))
+        if not album.capture.measured
+        or constrains_focal(second_from_first(cameras[first], cameras[second]))
     ]
     blamed = _blamed(names, found)
     is_right = blamed is None

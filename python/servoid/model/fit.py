@@ -43,7 +43,8 @@ class Request:
 
     With neither `max_ellipsoids` nor `delta`, held-out evidence selects the count of ellipsoids.
     The weights scale each kind of evidence. With `trust_targets`, an ambiguous target is used
-    anyway, and a note of the result reports it.
+    anyway, and a note of the result reports it. With `trust_calibration`, the images of a capture
+    are not compared with its calibration and its poses.
     """
 
     max_ellipsoids: int | None = None
@@ -54,6 +55,7 @@ class Request:
     volume_weight: float | None = None
     depth_weight: float | None = None
     trust_targets: bool = False
+    trust_calibration: bool = False
     progress: ProgressCallback | None = None
 
     __repr__ = brief

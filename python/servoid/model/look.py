@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from servoid._native import ellipsoid_colors, silhouette_ious
-from servoid.capture import Capture, CaptureView, check_measurable
+from servoid.capture import Capture, CaptureView, check_measurable, doubt_for_model
 from servoid.errors import CameraError, ModelError, TargetError
 from servoid.model.contradicting_views import contradicting_views
 from servoid.model.depth_agreement import (
@@ -90,6 +90,7 @@ def fit_capture(
     start = time.perf_counter()
     request = request or Request()
     request.settings()  # refused before any file is read
+    wrong = _contradiction(capture, request)
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
     notes = list(marked.notes)
     doubts = [*marked.doubts, *center_notes([*marked.views, *marked.others])]
@@ -118,7 +119,7 @@ def fit_capture(
         distance_m = _distance(distance_m, alone, said, alone_of)
         result = fit_one_view(known[0], distance_m, request)
         scale = scale_note(result.body, result.native_used, is_given=True)
-        noted = _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
+        noted = _noted(result, targets, notes, [wrong, *doubts, scale], is_metric=capture.metric)
         is_all_around = _are_given_all_around(marked, result)
         return replace(noted, wrong_by=ALL_AROUND if is_all_around else None)
     if marked.others and (len(known) < 2 or marked.from_targets):
@@ -152,8 +153,16 @@ def fit_capture(
         TOO_FAR: capture.metric and len(samples) > 0 and is_too_far(*place),
     }
     wrong_by = next((reason for reason, holds in reasons.items() if holds), None)
-    noted = _noted(result, targets, notes, [*doubts, scale], is_metric=capture.metric)
+    noted = _noted(result, targets, notes, [wrong, *doubts, scale], is_metric=capture.metric)
     return replace(noted, wrong_by=wrong_by)
+
+
+def _contradiction(capture: Capture, request: Request) -> str | None:
+    """Return what images have against their calibration and their poses, None if nothing.
+
+    It is sought before the views are read, because both together would not fit into memory.
+    """
+    return None if request.trust_calibration else doubt_for_model(capture)
 
 
 def _are_given_all_around(marked: Marked, result: ModelResult) -> bool:
@@ -228,6 +237,7 @@ def fit_capture_by_paper(
     start = time.perf_counter()
     request = request or Request()
     settings = request.paper_settings()  # refused before any file is read
+    wrong = _contradiction(capture, request)
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
     hues = [target for target in targets if isinstance(target, HueTarget)]
     first = marked.views[0]
@@ -265,7 +275,7 @@ def fit_capture_by_paper(
     notes = [*marked.notes, *(() if capture.metric else (NO_METRES,))]
     contradiction = contradicting_views(used)
     apart = contradiction and contradiction.words
-    doubts = [*marked.doubts, *center_notes(used), swapped, apart, scale]
+    doubts = [wrong, *marked.doubts, *center_notes(used), swapped, apart, scale]
     return _noted(result, targets, notes, doubts, is_metric=capture.metric)
 
 

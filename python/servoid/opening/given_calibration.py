@@ -97,6 +97,11 @@ class GivenCalibration:
         return self.fov_deg is not None or self.calibration is not None
 
     @property
+    def is_measured(self) -> bool:
+        """Return whether somebody measured the calibration that results."""
+        return self.baseline_m is None
+
+    @property
     def files(self) -> tuple[Path, ...]:
         """Return the files of the calibration; none if there is no calibration file."""
         return () if self.calibration is None else calibration_files(self.calibration)

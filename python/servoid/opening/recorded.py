@@ -216,7 +216,8 @@ class _UserCalibration:
 
     def opened(self, capture: Capture) -> Opened:
         """Return the capture that was opened with this calibration, with the assumptions made."""
-        return Opened(capture, self._rig.notes, self._rig.is_made_up)
+        told = replace(capture, measured=self._known.is_measured)
+        return Opened(told, self._rig.notes, self._rig.is_made_up)
 
 
 def _open_videos(word: SourceWord, known: GivenCalibration) -> Opened:
@@ -321,6 +322,7 @@ def _capture(
         world_from_rig=(Pose.identity(),) * len(times_s),
         times_s=times_s,
         rate_hz=rate_hz,
+        measured=known.is_measured,
     )
     return Opened(examined(capture), (*rig.notes, *notes), rig.is_made_up)
 

@@ -103,7 +103,7 @@ def explore(
         write_looks(folder, source.cameras, looks, masks)
         return model.fit_capture(open_capture(folder), request)
 
-    result = modelled([first], request)
+    result = modelled([first], replace(request, trust_calibration=True))
     looks = progress.around(result.body, first, home)
     if len(looks) > 1:
         watched = replace(

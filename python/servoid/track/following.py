@@ -147,17 +147,15 @@ def track_capture(
     return doubt_capture(capture, collector.results())
 
 
-def doubt_capture(
-    capture: Capture, results: Sequence[TrackResult], *, is_assumed: bool = False
-) -> list[TrackResult]:
+def doubt_capture(capture: Capture, results: Sequence[TrackResult]) -> list[TrackResult]:
     """Return tracks with what the images have against the calibration and the poses of the rig.
 
     `results` are the tracks of all objects in the capture; what was tracked does not rest, and is
-    left out. With `is_assumed`, nobody measured the calibration. Cameras out of step are reported
-    alone, as they contradict a right calibration, too, and so are images that were shifted or
-    enlarged after they were taken. Where it is sure that the calibration or the poses of the rig
-    are wrong, or that the images were changed, those of the object are wrong, and none has the
-    status `tracking`; where one of several cameras was moved meanwhile, none has it from there on.
+    left out. Cameras out of step are reported alone, as they contradict a right calibration, too,
+    and so are images that were shifted or enlarged after they were taken. Where it is sure that the
+    calibration or the poses of the rig are wrong, or that the images were changed, those of the
+    object are wrong, and none has the status `tracking`; where one of several cameras was moved
+    meanwhile, none has it from there on.
     """
     if not results:
         return []
@@ -184,7 +182,7 @@ def doubt_capture(
         return [replace(one, calibration_doubt=moved.words) for one in told]
     together = None if moved is None else moved.words
     last = results[0].tracked[-1].index
-    doubt = doubt_calibration(capture, is_assumed=is_assumed, last=last)
+    doubt = doubt_calibration(capture, last=last)
     if doubt is not None:
         told = (one.unconfirmed() for one in results) if is_refuted(capture) else results
         return [replace(one, calibration_doubt=doubt, rig_doubt=together) for one in told]

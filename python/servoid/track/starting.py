@@ -299,10 +299,12 @@ def _check_meant(capture: Capture, instant: Instant, targets: Sequence[Target]) 
 
 
 def _known(capture: Capture, instant: Instant, subject: Subject, request: Request) -> _Known:
-    usable = _usable(capture, instant)
-    only = slice(instant.index, instant.index + 1)
+    usable, only = _usable(capture, instant), slice(instant.index, instant.index + 1)
     modelling = model.Request(
-        seed=request.seed, trust_targets=request.trust_targets, progress=request.progress
+        seed=request.seed,
+        trust_targets=request.trust_targets,
+        trust_calibration=True,  # compared at the end
+        progress=request.progress,
     )
     if subject.body is None:
         made = model.fit_capture(

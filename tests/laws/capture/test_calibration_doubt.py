@@ -110,7 +110,7 @@ def test_eyes_that_are_said_to_be_parallel_and_are_not_are_told(tmp_path: Path) 
     parallel = turned.copy()
     parallel[:3, :3] = np.eye(3)
     capture = write_pair(tmp_path, turned, parallel)
-    doubt = doubt_calibration(capture, is_assumed=True)
+    doubt = doubt_calibration(replace(capture, measured=False))
     assert doubt is not None
     assert doubt.startswith("the images contradict the poses of the cameras")
 
@@ -134,7 +134,7 @@ def test_the_summaries_of_model_and_track_tell_it(tmp_path: Path, servoid_comman
 @pytest.mark.extended
 @pytest.mark.parametrize("name", TRUE_CAPTURES)
 def test_a_true_calibration_is_not_doubted(name: str) -> None:
-    assert doubt_calibration(true_capture(name), is_assumed=True) is None
+    assert doubt_calibration(replace(true_capture(name), measured=False)) is None
 
 
 @pytest.mark.extended
@@ -171,7 +171,7 @@ def test_parallel_eyes_scale_distances_alone_by_a_wrong_focal_length_and_show_no
     beside = np.eye(4)
     beside[0, 3] = 0.1
     wrong = with_focal(write_pair(tmp_path, beside), share)
-    assert doubt_calibration(wrong, is_assumed=True) is None
+    assert doubt_calibration(replace(wrong, measured=False)) is None
     true, lens = np.array([0.07, -0.05, 0.9]), wrong.cameras[0].lens
     center, focal = np.array(lens.center_px), FOCAL_PX
     one, other = (focal * (true - [shift, 0.0, 0.0])[:2] / true[2] for shift in (0.0, 0.1))

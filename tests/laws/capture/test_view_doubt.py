@@ -1,6 +1,6 @@
 """Images from several poses that contradict the calibration of a capture, and those that do not."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from servoid.capture import (
     doubt_for_model,
 )
 from servoid.exchange.captures.gathering import Shot, ShotCamera, gather
+from servoid.model import ModelResult, Request, fit_capture, fit_capture_by_paper
 from servoid.pose import Pose
 from servoid.sim import MovingScene, Scenario
 
@@ -196,6 +197,20 @@ def test_two_lenses_that_took_every_other_image_are_compared(hand: Capture) -> N
         ]
         doubt = doubt_calibration(gather(hand.path, cameras, metric=True))
         assert (doubt is None) == (share == 1.0)
+
+
+@pytest.mark.parametrize("fit", [fit_capture, fit_capture_by_paper])
+def test_a_model_of_a_capture_is_rough_then_unless_its_calibration_is_trusted(
+    fit: Callable[[Capture, Request], ModelResult], hand: Capture
+) -> None:
+    wrong = replace(with_focal(hand, 0.9, 0.9), rate_hz=None)
+    quick = Request(max_ellipsoids=1)
+    told = fit(wrong, quick)
+    assert told.doubts[0].startswith("the images fit a focal length of about")
+    assert told.verdict.word != "good"
+    trusted = fit(wrong, replace(quick, trust_calibration=True))
+    assert told.doubts == (told.doubts[0], *trusted.doubts)
+    assert trusted.body == told.body
 
 
 @pytest.mark.extended

@@ -29,7 +29,7 @@ from servoid.model import (
     fit_range_samples,
     range_samples_of_cloud,
 )
-from servoid.opening import doubt_for_model, open_recorded, parse_source
+from servoid.opening import open_recorded, parse_source
 from servoid.output import check_file, check_folder, make_folder, move_to
 from servoid.segment import Target, parse_target
 from servoid.track import learn_appearance
@@ -165,8 +165,6 @@ def _fit(order: ModelOrder, targets: list[Target], *, trusted: bool) -> ModelRes
             topics=order.topics,
             world=order.world,
         )
-        # Before the views are read, because both together would not fit into memory.
-        doubt = doubt_for_model(opened.capture, is_assumed=order.known.baseline_m is not None)
         chosen = {"observations": order.observations, "views": order.chosen}
         if order.method is Method.region:
             made = fit_capture(
@@ -176,8 +174,7 @@ def _fit(order: ModelOrder, targets: list[Target], *, trusted: bool) -> ModelRes
             raise OptionError("--distance does not apply to the paper's method; leave it out")
         else:
             made = fit_capture_by_paper(opened.capture, request, targets=targets, **chosen)
-        noted = replace(made, notes=(*opened.capture.notes, *made.notes, *opened.notes))
-        return noted.doubted([doubt])
+        return replace(made, notes=(*opened.capture.notes, *made.notes, *opened.notes))
 
 
 def _fit_shape(

@@ -5,7 +5,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -104,7 +104,8 @@ class LiveFootage:
             self.notes: tuple[str, ...] = opened.notes
             self._opened_s = time.monotonic()
             self.capture: Capture
-            self.capture, first = self._feed.first()
+            seen, first = self._feed.first()
+            self.capture = replace(seen, measured=known.is_measured)
             self.first_notices: tuple[str, ...] = first.notices
             self._first_s = time.monotonic()
             stack.pop_all()

@@ -87,8 +87,7 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
         stopped = error
     results = collector.results()
     files = _write(order, results, reports)  # first: an interrupt of what follows loses no pose
-    is_assumed = order.known.baseline_m is not None
-    results = doubt_capture(footage.capture, results, is_assumed=is_assumed)
+    results = doubt_capture(footage.capture, results)
     if any(one.notices_on_all for one in results):
         _write_poses(order, results)  # once more, with these notices
     lacking += results[0].capture_doubts

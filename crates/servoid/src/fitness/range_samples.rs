@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::overlap::agreement;
-use super::sight_lines::{Ball, Interval, SightLines};
+use super::sight_lines::{Ball, Interval, LineVisitor, SightLines};
 use super::sums::rows::Sums;
 use super::{Backend, Differentiable, Evidence, Fitness};
 use crate::shape::{Quadric, QuadricGradient};
@@ -102,6 +102,7 @@ impl RangeSamples {
     }
 
     /// Returns the start of a line's window.
+    #[inline(always)]
     fn from(&self, sample: &RangeSample) -> f64 {
         -self.before.max(sample.eye)
     }
@@ -112,36 +113,57 @@ impl RangeSamples {
     }
 
     /// Visits each line's intervals, clipped to its window and sorted by their start.
-    fn visit(&self, balls: &[Ball], visit: impl FnMut(usize, &[Interval])) {
+    fn visit(&self, balls: &[Ball], visitor: impl LineVisitor) {
         let window = |at: usize| [self.from(&self.samples[at]), self.behind];
-        self.lines.visit(Backend::used(), balls, window, visit);
-    }
-
-    /// Visits the union of sorted intervals, with the intervals that contribute its ends.
-    fn union(sorted: &[Interval], mut visit: impl FnMut(&Interval, &Interval)) {
-        let mut rest = sorted.iter();
-        let Some(mut first) = rest.next() else { return };
-        let mut last = first;
-        for interval in rest {
-            if interval.begin > last.end {
-                visit(first, last);
-                (first, last) = (interval, interval);
-            } else if interval.end > last.end {
-                last = interval;
-            }
-        }
-        visit(first, last);
+        self.lines.visit(Backend::used(), balls, window, visitor);
     }
 
     /// Returns whether an end lies inside its line's window, and whether it is in front of (-1) or
     /// behind (1) the surface.
+    #[inline(always)]
     fn weight_at(&self, sample: &RangeSample, at: f64) -> Option<f64> {
         (at > self.from(sample) && at < self.behind).then(|| if at < 0.0 { -1.0 } else { 1.0 })
     }
 }
 
+/// The union of sorted intervals: the first and the last interval of each part.
+struct Union<'a> {
+    rest: std::slice::Iter<'a, Interval>,
+    next: Option<&'a Interval>,
+}
+
+impl<'a> Union<'a> {
+    #[inline(always)]
+    fn of(sorted: &'a [Interval]) -> Self {
+        let mut rest = sorted.iter();
+        Self { next: rest.next(), rest }
+    }
+}
+
+impl<'a> Iterator for Union<'a> {
+    type Item = (&'a Interval, &'a Interval);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        let first = self.next?;
+        let mut last = first;
+        for interval in self.rest.by_ref() {
+            if interval.begin > last.end {
+                self.next = Some(interval);
+                return Some((first, last));
+            }
+            if interval.end > last.end {
+                last = interval;
+            }
+        }
+        self.next = None;
+        Some((first, last))
+    }
+}
+
 /// Adds the part of a line between two positions: against the body in front of the surface, for it
 /// behind.
+#[inline(always)]
 fn add(sums: &mut Sums, begin: f64, end: f64) {
     if begin < end {
         sums.score += end.abs() - begin.abs();
@@ -149,29 +171,75 @@ fn add(sums: &mut Sums, begin: f64, end: f64) {
     }
 }
 
-/// Returns the derivatives of one end of an interval by the centre and by the factor.
+/// The numbers of a [`QuadricGradient`]: those by the centre, then those by the factor, column by
+/// column.
+type Numbers = [f64; 12];
+
+/// Returns the derivatives of one end of an interval.
 #[inline(always)]
-fn end_slopes(sample: &RangeSample, ball: &Ball, at: f64) -> QuadricGradient {
+fn end_slopes(sample: &RangeSample, ball: &Ball, at: f64) -> Numbers {
     let unit = ball.unit(&(sample.point + sample.direction * at - ball.center));
     let normal = ball.pull_back(&unit);
     let steep = normal.dot(&sample.direction);
-    let least = GRAZING * normal.norm();
+    // Not `norm`, whose root is an instruction of another set, for which processors wait long.
+    let least = GRAZING * normal.norm_squared().sqrt();
     let steep = if steep < 0.0 { steep.min(-least) } else { steep.max(least) };
-    let mut factor = Matrix3::zeros();
+    let mut slopes = [0.0; 12];
+    for i in 0..3 {
+        slopes[i] = normal[i] / steep;
+    }
     for j in 0..3 {
         for i in 0..3 {
-            factor[(i, j)] = normal[i] * unit[j] / steep;
+            slopes[3 + 3 * j + i] = normal[i] * unit[j] / steep;
         }
     }
-    QuadricGradient { center: normal / steep, factor }
+    slopes
+}
+
+/// Adds numbers, scaled.
+#[inline(always)]
+fn add_scaled(sums: &mut Numbers, numbers: &Numbers, scale: f64) {
+    for (sum, number) in sums.iter_mut().zip(numbers) {
+        *sum += number * scale;
+    }
+}
+
+/// The sums over lines of sight, and their derivatives by each ellipsoid.
+struct Slopes<'a> {
+    term: &'a RangeSamples,
+    balls: &'a [Ball],
+    /// The place of each ellipsoid among the balls.
+    places: Vec<usize>,
+    sums: Sums,
+    by_score: Vec<Numbers>,
+    by_area: Vec<Numbers>,
+}
+
+impl LineVisitor for &mut Slopes<'_> {
+    #[inline(always)]
+    fn visit(&mut self, line: usize, sorted: &[Interval]) {
+        let sample = &self.term.samples[line];
+        for (first, last) in Union::of(sorted) {
+            add(&mut self.sums, first.begin, last.end);
+            for (index, at, way) in [(first.index, first.begin, -1.0), (last.index, last.end, 1.0)]
+            {
+                let Some(weight) = self.term.weight_at(sample, at) else { continue };
+                let slopes = end_slopes(sample, &self.balls[self.places[index]], at);
+                add_scaled(&mut self.by_score[index], &slopes, way * weight);
+                add_scaled(&mut self.by_area[index], &slopes, way);
+            }
+        }
+    }
 }
 
 impl Fitness for RangeSamples {
     fn score(&self, hypothesis: &[Quadric]) -> f64 {
         let balls = Ball::all(hypothesis);
         let mut sums = Sums::default();
-        self.visit(&balls, |_, sorted| {
-            Self::union(sorted, |first, last| add(&mut sums, first.begin, last.end));
+        self.visit(&balls, |_: usize, sorted: &[Interval]| {
+            for (first, last) in Union::of(sorted) {
+                add(&mut sums, first.begin, last.end);
+            }
         });
         agreement(sums, self.filled()).0
     }
@@ -180,30 +248,27 @@ impl Fitness for RangeSamples {
 impl Differentiable for RangeSamples {
     fn score_and_gradient(&self, hypothesis: &[Quadric], gradient: &mut [QuadricGradient]) -> f64 {
         let balls = Ball::all(hypothesis);
-        let mut by_score = vec![QuadricGradient::default(); gradient.len()];
-        let mut by_area = by_score.clone();
-        let mut place = vec![0; gradient.len()];
-        balls.iter().enumerate().for_each(|(at, ball)| place[ball.index] = at);
-        let mut sums = Sums::default();
-        self.visit(&balls, |line, sorted| {
-            let sample = &self.samples[line];
-            Self::union(sorted, |first, last| {
-                add(&mut sums, first.begin, last.end);
-                for (index, at, way) in
-                    [(first.index, first.begin, -1.0), (last.index, last.end, 1.0)]
-                {
-                    let Some(weight) = self.weight_at(sample, at) else { continue };
-                    let slopes = end_slopes(sample, &balls[place[index]], at);
-                    by_score[index].add_scaled(&slopes, way * weight);
-                    by_area[index].add_scaled(&slopes, way);
-                }
-            });
-        });
-        let (score, of_score, of_area) = agreement(sums, self.filled());
-        for ((out, by_score), by_area) in gradient.iter_mut().zip(&by_score).zip(&by_area) {
-            *out = QuadricGradient::default();
-            out.add_scaled(by_score, of_score);
-            out.add_scaled(by_area, of_area);
+        let mut places = vec![0; gradient.len()];
+        balls.iter().enumerate().for_each(|(at, ball)| places[ball.index] = at);
+        let none = vec![[0.0; 12]; gradient.len()];
+        let mut slopes = Slopes {
+            term: self,
+            balls: &balls,
+            places,
+            sums: Sums::default(),
+            by_score: none.clone(),
+            by_area: none,
+        };
+        self.visit(&balls, &mut slopes);
+        let (score, of_score, of_area) = agreement(slopes.sums, self.filled());
+        for ((out, by_score), by_area) in
+            gradient.iter_mut().zip(&slopes.by_score).zip(&slopes.by_area)
+        {
+            let mut sums = [0.0; 12];
+            add_scaled(&mut sums, by_score, of_score);
+            add_scaled(&mut sums, by_area, of_area);
+            out.center = Vector3::from_column_slice(&sums[..3]);
+            out.factor = Matrix3::from_column_slice(&sums[3..]);
         }
         score
     }
@@ -213,10 +278,8 @@ impl Evidence for RangeSamples {
     fn open(&self, current: &[Quadric]) -> Box<dyn Fitness + Send> {
         let balls = Ball::all(current);
         let mut covered = Vec::with_capacity(self.samples.len());
-        self.visit(&balls, |_, sorted| {
-            let mut line = Vec::new();
-            Self::union(sorted, |first, last| line.push((first.begin, last.end)));
-            covered.push(line);
+        self.visit(&balls, |_: usize, sorted: &[Interval]| {
+            covered.push(Union::of(sorted).map(|(first, last)| (first.begin, last.end)).collect());
         });
         Box::new(OpenRangeSamples { samples: self.clone(), covered })
     }
@@ -232,8 +295,8 @@ impl Fitness for OpenRangeSamples {
     fn score(&self, hypothesis: &[Quadric]) -> f64 {
         let balls = Ball::all(hypothesis);
         let mut sums = Sums::default();
-        self.samples.visit(&balls, |line, sorted| {
-            RangeSamples::union(sorted, |first, last| {
+        self.samples.visit(&balls, |line: usize, sorted: &[Interval]| {
+            for (first, last) in Union::of(sorted) {
                 let mut begin = first.begin;
                 for &(from, to) in self.covered[line].iter().filter(|(_, to)| *to > first.begin) {
                     if from > begin {
@@ -244,7 +307,7 @@ impl Fitness for OpenRangeSamples {
                 if begin < last.end {
                     add(&mut sums, begin, last.end);
                 }
-            });
+            }
         });
         sums.score / self.samples.filled().max(f64::MIN_POSITIVE)
     }

@@ -164,6 +164,19 @@ fn dots(some: &Vectors, others: &Vectors) -> Eight {
     out
 }
 
+/// What is done with lines of sight; `visit` must always be inlined, so that it is compiled with the
+/// instructions of a backend. A closure may not be.
+pub(super) trait LineVisitor {
+    fn visit(&mut self, line: usize, sorted: &[Interval]);
+}
+
+impl<Visit: FnMut(usize, &[Interval])> LineVisitor for Visit {
+    #[inline(always)]
+    fn visit(&mut self, line: usize, sorted: &[Interval]) {
+        self(line, sorted);
+    }
+}
+
 /// Lines of sight, prepared for intersection with ellipsoids.
 #[derive(Debug, Clone)]
 pub(super) struct SightLines {
@@ -183,9 +196,9 @@ impl SightLines {
         backend: Backend,
         balls: &[Ball],
         window: impl Fn(usize) -> [f64; 2],
-        visit: impl FnMut(usize, &[Interval]),
+        visitor: impl LineVisitor,
     ) {
-        backend.run_rows(Visit { lines: self, balls, window, visit });
+        backend.run_rows(Visit { lines: self, balls, window, visitor });
     }
 }
 
@@ -193,13 +206,13 @@ struct Visit<'a, Window, Visitor> {
     lines: &'a SightLines,
     balls: &'a [Ball],
     window: Window,
-    visit: Visitor,
+    visitor: Visitor,
 }
 
 impl<Window, Visitor> RowKernel for Visit<'_, Window, Visitor>
 where
     Window: Fn(usize) -> [f64; 2],
-    Visitor: FnMut(usize, &[Interval]),
+    Visitor: LineVisitor,
 {
     type Output = ();
 
@@ -229,7 +242,7 @@ where
             }
             for (at, line) in lines.iter_mut().enumerate() {
                 line.sort_by(|a, b| a.begin.total_cmp(&b.begin));
-                (self.visit)(first + at, line);
+                self.visitor.visit(first + at, line);
             }
         }
     }
@@ -277,7 +290,7 @@ mod tests {
                     backend,
                     &balls,
                     |_| OPEN,
-                    |at, sorted| {
+                    |at: usize, sorted: &[Interval]| {
                         assert_eq!(at, visited);
                         visited += 1;
                         let alone = |ball: &Ball| {

@@ -187,6 +187,19 @@ pub(crate) mod tests {
         }
 
         #[test]
+        fn what_a_pose_was_turned_by_is_what_it_is_turned_by(
+            twist in proptest::array::uniform6(-1.0..1.0_f64),
+            angle in -1.5..1.5_f64,
+            shift in proptest::array::uniform3(-0.1..0.1_f64),
+        ) {
+            let (weakest, pose) = (of_vase(), Pose::exp(&twist.into()));
+            let turned = pose * weakest.by(angle);
+            prop_assert!((weakest.angle_from(&pose, &turned) - angle).abs() < 1e-9);
+            let moved = turned * Pose::exp(&Vector6::new(shift[0], shift[1], shift[2], 0.0, 0.0, 0.0));
+            prop_assert!((weakest.angle_from(&pose, &moved) - angle).abs() < 1e-9);
+        }
+
+        #[test]
         fn a_turn_is_shown_by_what_changes_along_its_way_and_never_by_rings(
             aside in 0.0..1.0_f64,
             down in 0.0..1.0_f64,

@@ -26,6 +26,7 @@ from servoid.camera.principal_point import (
     off_center_note,
     outside_note,
     principal_point_note,
+    square_note,
     wrong_size,
 )
 from servoid.camera.smoothing import gaussian

@@ -8,7 +8,7 @@ features needs no calibration, so a wrong one does not hide them.
 from collections.abc import Callable, Sequence
 
 from servoid._native import Lens
-from servoid.camera import off_center_note, outside_note
+from servoid.camera import off_center_note, outside_note, square_note
 from servoid.capture.capture import Capture, CaptureCamera
 from servoid.capture.moving_rig import doubt_rig_poses
 from servoid.capture.neighbours import Album
@@ -33,14 +33,15 @@ def doubt_calibration(
     their being parallel. One stationary camera determines nothing. Parallel cameras that the first
     images show to be right are compared again at the observation `last`, by default the capture's,
     unless it is late in a video. A principal point outside of the image, as of a calibration for
-    larger images, is reported without looking at them, and one far from the middle beside what they
-    say.
+    larger images, is reported without looking at them, and one far from the middle, or pixels that
+    are not square, beside what they say.
     """
     outside = _first_note(outside_note, capture.cameras)
     if outside is not None:
         return outside
     notes = (
         _first_note(off_center_note, capture.cameras),
+        _first_note(square_note, capture.cameras),
         _doubt_images(capture, last=last, rests=rests),
     )
     return "; ".join(note for note in notes if note is not None) or None

@@ -22,8 +22,8 @@ from servoid.capture.matched_features import (
     unit_px,
     unit_rays,
 )
-from servoid.capture.moving_rig import Balls
 from servoid.capture.neighbours import Album, PosedView, second_from_first
+from servoid.capture.rig_sightings import Balls
 from servoid.capture.surroundings import instants, match_surroundings
 from servoid.pose import Floats, exact
 from servoid.words import camera_called, digits

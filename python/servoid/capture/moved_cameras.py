@@ -14,8 +14,8 @@ import numpy as np
 
 from servoid.capture.capture import Capture
 from servoid.capture.matched_features import LONG_PX, unit_px, unit_rays
-from servoid.capture.moving_rig import Balls
 from servoid.capture.neighbours import Album
+from servoid.capture.rig_sightings import Balls
 from servoid.capture.surroundings import instants, match_surroundings
 from servoid.pose import Floats, exact
 from servoid.words import camera_called

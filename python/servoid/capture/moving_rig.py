@@ -1,151 +1,45 @@
 """Checks whether images contradict the poses of a rig, such as that of eyes on an arm.
 
-What two cameras see at one instant has a place in space. Where it is at rest, a later image has it
-where the rig's poses predict it. In a recorded rig that moves, right poses predict 94 % and more of
-the features, and poses that are inverted, in millimetres, of another order or two lines late none.
-What one camera sees is somewhere on a ray, of which a later image has an arc: that shows neither a
-wrong unit of length nor errors along the arc. Poses that are given and never change are checked as
-well: with joint states that were not recorded, what moves is the rig.
+In a recorded rig that moves, right poses predict 94 % and more of the features, and poses that are
+inverted, in millimetres, of another order or two lines late none. Poses that are given and never
+change are checked as well: with joint states that were not recorded, what moves is the rig.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from servoid._native import Lens, Pose
-from servoid.camera import Recorded
-from servoid.capture.capture import Capture, CaptureCamera
-from servoid.capture.matched_features import (
-    FIRST_OF_VIDEO,
-    PosedPicture,
-    closest_points,
-    match_features,
-    unit_px,
-    unit_rays,
-)
-from servoid.pose import CV_FROM_GL, Floats, exact
+from servoid._native import Pose
+from servoid.capture.capture import Capture
+from servoid.capture.matched_features import unit_px
+from servoid.capture.mount_fit import fitted_mount, fitted_scale
+from servoid.capture.rig_sightings import EXPLAINED_PX, Balls, SeenRig, rests, seen_rig
+from servoid.pose import CV_FROM_GL
 from servoid.words import digits
 
-Balls = Callable[[int], Sequence[tuple[Floats, float]]]
-"""What may move: for an observation, the centres, (3,) in the world, and the radii of balls."""
-
-_PLACES = 4  # in the recording, at which two instants are compared
-_NEARER = 4  # times, if the images of two instants have nothing in common
-_LEAST = 20  # features of two instants
 _LEAST_COMPARED = 2  # pairs of instants
-_OFF_PX = 8.0  # at 1000 px of diagonal: a hand-eye calibration is usually nearer than this
-_NOISE_PX = 1.0  # at 1000 px of diagonal: of a disparity
-_MOST_ENLARGED = 8.0  # times, by a shift that is as much longer than the baseline
 _HALF = 0.5
-_EXPLAINED_PX = 2.0  # at 1000 px of diagonal: nearer, other poses explain the images
-_ASIDE = 1.2  # of a ball's radius: features of what may move
+_FEW = 0.1
+_SHARP_PX = 1.0  # at 1000 px of diagonal: half of the features are nearer, of a good calibration
+_MUCH = 4.0  # times nearer, with another mount or scale
 _MOST_LATE = 10  # lines
 _MILLI = 0.001
 _CHECKS = (
     "check that they are world_from_rig, in metres, and of the same times as the images, and "
     "how the cameras are mounted (hand-eye calibration)"
+    "; if most of what they see moves instead, as around a vehicle: --trust-poses, or trust_poses "
+    "in Python"
 )
-
-
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """What a rig saw at one instant, and where it was at another.
-
-    `points` (N, 3) are places in the frame of the first camera at instant `indices[0]`, or unit
-    vectors towards them if they are not `located`, and `rays` (N, 3) unit vectors to them from it
-    at `indices[1]`.
-    """
-
-    indices: tuple[int, int]
-    points: Floats
-    rays: Floats
-    located: bool
-
-    def off_rad(self, one: Pose, other: Pose) -> Floats:
-        """Return by how much features are off if the camera moved from one pose to the other."""
-        moved = (other.inverse() @ one).matrix()
-        points = exact.product(self.points, np.ascontiguousarray(moved[:3, :3].T))
-        if not self.located:
-            return _off_arc(points, moved[:3, 3], self.rays)
-        return _off_direction(points + moved[:3, 3], self.rays)
-
-    def part(self, kept: NDArray[np.bool_] | np.bool_) -> "_Seen":
-        """Return those of the features that are `kept`, (N,)."""
-        return replace(self, points=self.points[kept], rays=self.rays[kept])
-
-
-def _off_direction(points: Floats, rays: Floats) -> Floats:
-    """Return the sine of the angle between places and unit vectors; infinite if behind."""
-    across = exact.lengths(np.cross(points, rays)) / exact.lengths(points)
-    return np.where((points * rays).sum(axis=1) > 0.0, across, np.inf)
-
-
-def _off_arc(far: Floats, start: Floats, rays: Floats) -> Floats:
-    """Return the sine of the angle between unit vectors and the arcs on which features are.
-
-    An arc begins at the direction of `start`, (3,), from where a feature is seen if it is near, and
-    ends at that of `far`, (N, 3), unit vectors, if it is far away.
-    """
-    off = _off_direction(far, rays)
-    length = exact.norm(start)
-    if not length > 0.0:
-        return off
-    near = np.broadcast_to(start / length, far.shape)
-    normals = np.cross(far, near)
-    sizes = exact.lengths(normals)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        beside = np.abs((normals * rays).sum(axis=1)) / sizes
-    is_between = (sizes > 0.0) & ((np.cross(normals, far) * rays).sum(axis=1) >= 0.0)
-    is_between &= (np.cross(near, normals) * rays).sum(axis=1) >= 0.0
-    return np.where(is_between, beside, np.minimum(off, _off_direction(near, rays)))
-
-
-@dataclass(frozen=True, eq=False)
-class _Rig:
-    """The first camera of a rig: its poses, how it is mounted, and what the rig saw."""
-
-    world_from_rig: Sequence[Pose]
-    rig_from_camera: Pose
-    lens: Lens
-    baseline_m: float
-    seen: Sequence[_Seen]
-
-    def offs_px(self, world_from_rig: Sequence[Pose]) -> tuple[list[Floats], list[float]]:
-        """Return how far features are off with these poses, (N,) px, and by how much they may."""
-        unit = unit_px(self.lens)
-        offs, allowed = [], []
-        for seen in self.seen:
-            one, other = (world_from_rig[index] @ self.rig_from_camera for index in seen.indices)
-            offs.append(self.lens.focal_px[0] * seen.off_rad(one, other))
-            enlarged = 0.0
-            if seen.located:
-                shift_m = exact.norm(np.subtract(other.translation, one.translation))
-                enlarged = min(shift_m / self.baseline_m, _MOST_ENLARGED)
-            allowed.append(unit * (_OFF_PX + _NOISE_PX * enlarged))
-        return offs, allowed
-
-    def usual_px(self, world_from_rig: Sequence[Pose]) -> float:
-        """Return how far features are off: of each pair the median, and of these the median.
-
-        Of a shift in time, the first or the last pair has no poses.
-        """
-        return float(np.median([np.median(off) for off in self.offs_px(world_from_rig)[0]]))
-
-    def agreeing(self, world_from_rig: Sequence[Pose]) -> list[float]:
-        """Return the share of features that are where poses predict them, for each pair."""
-        offs, allowed = self.offs_px(world_from_rig)
-        return [float(np.mean(off < most)) for off, most in zip(offs, allowed, strict=True)]
 
 
 @dataclass(frozen=True)
 class RigDoubt:
     """What images have against the poses of a rig, in words.
 
-    With `is_sure` the poses are wrong, as the images agree with what they are taken for. Otherwise
-    most of what is seen may move instead, such as around a vehicle that carries the rig.
+    With `is_sure` the poses are wrong: the images agree with others, or hardly any feature is where
+    the poses predict it. Only if the user says so, most of what is seen moves instead, such as
+    around a vehicle that carries the rig.
     """
 
     words: str
@@ -170,16 +64,16 @@ def examine_rig_poses(
     capture: Capture, may_move: Balls | None = None, *, among: Sequence[int] | None = None
 ) -> RigDoubt | None:
     """Return what `doubt_rig_poses` says, and how sure that is."""
-    rig = _rig(capture, may_move or (lambda _: ()), among)
+    rig = seen_rig(capture, may_move or (lambda _: ()), among)
     if rig is None or len(rig.seen) < _LEAST_COMPARED:
         return None
-    agreeing = rig.agreeing(rig.world_from_rig)
+    agreeing = rig.agreeing()
     if not _contradicts(agreeing):
-        return None
-    offs = np.concatenate(rig.offs_px(rig.world_from_rig)[0])
+        return _better(rig)
+    offs = np.concatenate(rig.offs_px()[0])
     count, off_px = len(offs), float(np.median(offs))
     fits = round(sum(share * len(one.rays) for share, one in zip(agreeing, rig.seen, strict=True)))
-    if _rests(rig.world_from_rig):
+    if rests(rig.world_from_rig):
         return RigDoubt(
             "the poses of the rig are the same at all times, but its cameras move, or most of what "
             "they see: of "
@@ -190,11 +84,12 @@ def examine_rig_poses(
         )
     how = f"{digits(round(off_px))} px off" if np.isfinite(off_px) else "behind the camera"
     cure = _cure(rig)
+    is_sure = cure is not None or float(np.median(agreeing)) < _FEW
     return RigDoubt(
         f"the images contradict the poses of the rig: of {count} features of its surroundings, "
         f"{fits} are where the poses of a later observation predict them, and half are {how} or "
         f"more; {cure or _CHECKS}",
-        is_sure=cure is not None,
+        is_sure=is_sure,
     )
 
 
@@ -203,13 +98,36 @@ def _contradicts(agreeing: Sequence[float]) -> bool:
     return against >= _LEAST_COMPARED and 2 * against >= len(agreeing)
 
 
-def _cure(rig: _Rig) -> str | None:
-    """Say with which other poses the images agree; None if there are none."""
-    tried = [(rig.usual_px(poses), words, poses) for words, poses in _others(rig.world_from_rig)]
-    off_px, words, poses = min(tried, key=lambda one: one[0])
-    if off_px < _EXPLAINED_PX * unit_px(rig.lens):
-        return f"{words} {100.0 * float(np.median(rig.agreeing(poses))):.0f} % would be"
+def _cure(rig: SeenRig) -> str | None:
+    """Say with which other poses of the rig or its camera the images agree; None if with none.
+
+    Mistakes that have a name come first.
+    """
+    poses = (
+        (words, replace(rig, world_from_rig=one)) for words, one in _others(rig.world_from_rig)
+    )
+    mounts = ((words, replace(rig, rig_from_camera=one)) for words, one in _mounts(rig))
+    for tried in ([*poses, *mounts], _fitted(rig)):
+        usual = [(other.usual_px(), words, other) for words, other in tried]
+        off_px, words, other = min(usual, key=lambda one: one[0], default=(np.inf, "", rig))
+        if off_px < EXPLAINED_PX * unit_px(rig.lens):
+            return f"{words} {100.0 * float(np.median(other.agreeing())):.0f} % would be"
     return None
+
+
+def _better(rig: SeenRig) -> RigDoubt | None:
+    """Return a doubt if poses that predict most features fit much better after a small change."""
+    usual = ((other.usual_px(), words) for words, other in _fitted(rig))
+    off_px, words = min(usual, default=(np.inf, ""))
+    given_px = rig.usual_px()
+    if given_px < max(_SHARP_PX * unit_px(rig.lens), _MUCH * off_px):
+        return None
+    return RigDoubt(
+        "the images fit other poses of the cameras better: half of the features of their "
+        f"surroundings are {given_px:.1f} px or more from where the poses of a later observation "
+        f"predict them; {words} half are {off_px:.1f} px off",
+        is_sure=False,
+    )
 
 
 def _others(poses: Sequence[Pose]) -> Iterator[tuple[str, Sequence[Pose]]]:
@@ -241,100 +159,34 @@ def _others(poses: Sequence[Pose]) -> Iterator[tuple[str, Sequence[Pose]]]:
             )
 
 
-def _rig(capture: Capture, may_move: Balls, among: Sequence[int] | None) -> _Rig | None:
-    """Return what a rig saw at pairs of instants; None if no poses of it are given."""
-    poses = capture.world_from_rig
-    if not capture.is_recording or (_rests(poses) and poses[0] == Pose.identity()):
-        return None
-    first, *others = capture.cameras
-    second = next((other for other in others if _baseline_m(first, other) > 0.0), None)
-    indices = list(range(len(poses)) if among is None else among)
-    if any(picture is not None and picture.index is not None for picture in first.pictures):
-        indices = [index for index in indices if index < FIRST_OF_VIDEO]
-    last = len(indices) - 1
-    places = np.unique(np.linspace(0, last, _PLACES + 1).round().astype(int)).tolist()
-    seen = []
-    for start, end in pairwise(places):
-        nearer = start + max((end - start) // _NEARER, 1)
-        begin = indices[start]
-        for other in dict.fromkeys((indices[end], indices[nearer])):
-            one = _seen(first, second, (begin, other))
-            if one is not None:
-                world_from_both = [poses[index] @ first.rig_from_camera for index in one.indices]
-                seen.append(_at_rest(one, world_from_both, [may_move(i) for i in one.indices]))
-                break
-    kept = [one for one in seen if len(one.rays) >= _LEAST]
-    baseline_m = 0.0 if second is None else _baseline_m(first, second)
-    return _Rig(poses, first.rig_from_camera, first.lens, baseline_m, kept)
+def _mounts(rig: SeenRig) -> Iterator[tuple[str, Pose]]:
+    """Yield other poses of the camera on the rig that may be meant, after what to do."""
+    given = rig.rig_from_camera
+    turned = given.matrix().copy()
+    turned[:3, :3] = turned[:3, :3].T.copy()
+    yield "invert rig_from_camera: it looks like camera_from_rig, with which", given.inverse()
+    yield "transpose the rotation of rig_from_camera, with which", Pose(turned)
 
 
-def _rests(poses: Sequence[Pose]) -> bool:
-    return all(pose == poses[0] for pose in poses)
-
-
-def _baseline_m(one: CaptureCamera, other: CaptureCamera) -> float:
-    apart = np.subtract(other.rig_from_camera.translation, one.rig_from_camera.translation)
-    return exact.norm(apart)
-
-
-def _seen(
-    first: CaptureCamera, second: CaptureCamera | None, indices: tuple[int, int]
-) -> _Seen | None:
-    """Find features of an instant at another, and locate them by a second camera.
-
-    None if they are too few.
-    """
-    here, later = (_posed(first, index) for index in indices)
-    if here is None or later is None:
-        return None
-    again = match_features(here, later, Pose.identity())
-    if again is None:
-        return None
-    rays = unit_rays(first.lens, again.second_px)
-    # A lens with strong distortion sees nothing at some pixels.
-    is_seen = np.isfinite(rays).all(axis=1)
-    if second is None:
-        alone = _Seen(indices, unit_rays(first.lens, again.first_px), rays, located=False)
-        return alone.part(is_seen & np.isfinite(alone.points).all(axis=1))
-    beside = _posed(second, indices[0])
-    from_second = first.rig_from_camera.inverse() @ second.rig_from_camera
-    pair = None if beside is None else match_features(here, beside, from_second.inverse())
-    if pair is None:
-        return None
-    places = {tuple(pixel): row for row, pixel in enumerate(pair.first_px.tolist())}
-    rows = [places.get(tuple(pixel), -1) for pixel in again.first_px.tolist()]
-    seen = _Seen(indices, closest_points(pair)[0][rows], rays, located=True)
-    is_ahead = np.isfinite(seen.points).all(axis=1) & (seen.points[:, 2] > 0.0)
-    return seen.part((np.array(rows) >= 0) & is_ahead & is_seen)
-
-
-def _posed(camera: CaptureCamera, index: int) -> PosedPicture | None:
-    picture = camera.pictures[index]
-    size_px = camera.lens.size_px
-    return None if picture is None else PosedPicture(picture, camera.lens, Recorded(size_px))
-
-
-def _at_rest(
-    seen: _Seen,
-    world_from_both: Sequence[Pose],
-    may_move: Sequence[Sequence[tuple[Floats, float]]],
-) -> _Seen:
-    """Return what was seen without what is in front of or behind balls that may move."""
-    kept = np.ones(len(seen.rays), np.bool_)
-    looks = (seen.points / exact.lengths(seen.points)[:, None], seen.rays)
-    for rays, pose, balls in zip(looks, world_from_both, may_move, strict=True):
-        kept &= beside_balls(rays, pose, balls)
-    return seen.part(kept)
-
-
-def beside_balls(
-    rays: Floats, world_from_camera: Pose, balls: Sequence[tuple[Floats, float]]
-) -> NDArray[np.bool_]:
-    """Return which unit vectors from a camera, (N, 3), pass balls that may move at a distance."""
-    kept = np.ones(len(rays), np.bool_)
-    camera_from_world = world_from_camera.inverse().matrix()
-    for center, radius in balls:
-        at = exact.product(camera_from_world[:3, :3], center) + camera_from_world[:3, 3]
-        beside = exact.lengths(np.cross(rays, at))
-        kept &= (beside > _ASIDE * radius) | ((rays * at).sum(axis=1) < 0.0)
-    return kept
+def _fitted(rig: SeenRig) -> list[tuple[str, SeenRig]]:
+    """List rigs that fit what was seen, after what to do."""
+    motions, poses, found = rig.motions(), rig.world_from_rig, []
+    scale = fitted_scale(motions, rig.rig_from_camera)
+    if scale is not None:
+        scaled = [
+            Pose.from_parts(scale * np.array(pose.translation), pose.quaternion) for pose in poses
+        ]
+        words = f"compare them with the distance of the cameras: with {scale:.3f} times x, y and z"
+        found.append((words, replace(rig, world_from_rig=scaled)))
+    mount = fitted_mount(motions)
+    if mount is not None:
+        place, turn = (
+            f"({', '.join(f'{x + 0.0:.4f}' for x in numbers)})"
+            for numbers in (mount.translation, mount.quaternion)
+        )
+        words = (
+            f"correct how the cameras are mounted (hand-eye calibration): with {rig.name} at "
+            f"{place} m and (qw, qx, qy, qz) = {turn} on the rig,"
+        )
+        found.append((words, replace(rig, rig_from_camera=mount)))
+    return found

@@ -9,8 +9,8 @@ import numpy as np
 
 from servoid.capture.capture import Capture
 from servoid.capture.matched_features import FIRST_OF_VIDEO, alike_features, unit_rays
-from servoid.capture.moving_rig import Balls, beside_balls
 from servoid.capture.neighbours import Album, is_video
+from servoid.capture.rig_sightings import Balls, beside_balls
 from servoid.pose import Floats
 
 

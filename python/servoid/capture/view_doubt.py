@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from servoid.capture.capture import Capture
 from servoid.capture.center_fit import views_note
 from servoid.capture.focal_fit import FIT_PX, FocalFit, focal_note, usual_off
 from servoid.capture.located import OffInThird, off_in_third
@@ -30,6 +31,7 @@ _CAMERAS = 4  # of a rig, at most
 _SEATED_PX = 5.0  # at 1000 px of diagonal: a hand-eye calibration is usually nearer than this
 _ALIKE = 1.03  # times: of the shares of focal lengths that are wrong for one reason
 _LEAST_WRONG = 2  # instants
+_NEXT = 4  # views
 
 
 def doubt_views(album: Album) -> str | None:
@@ -41,6 +43,19 @@ def doubt_views(album: Album) -> str | None:
     apart = FAR_APART if album.capture.is_recording else APART
     matched = matched_neighbours(album, views, count=count, apart=apart)
     return views_note([pair for _, pair in matched])
+
+
+def farthest_off_px(capture: Capture) -> float:
+    """Return how far features are from where another image predicts them, at 1000 px of diagonal.
+
+    Of each view of a static scene and the next ones half of the features are nearer to their
+    epipolar lines; the worst two views count. 0 where nothing matches.
+    """
+    album = Album(capture)
+    views = album.views()
+    beside = [(one, other) for at, one in enumerate(views) for other in views[at + 1 : at + _NEXT]]
+    matched = (album.match(*two) for two in beside)
+    return max((usual_off([pair]) for pair in matched if pair is not None), default=0.0)
 
 
 def _doubt_moving(album: Album, views: Sequence[PosedView]) -> str | None:

@@ -145,12 +145,13 @@ def fit_capture(
         raise ModelError("; ".join([str(error), *doubts, *notes])) from error
     place = result.body, result.native_used
     has_sensor = any(view.has_depth for view in known)
+    baseline_m = 0.0 if has_sensor else _baseline_m(marked)
     scale = scale_note(*place, has_sensor=has_sensor) if capture.metric else None
     reasons = {
         ALL_AROUND: _are_given_all_around(marked, result),
         NOT_REGISTERED: off is not None and off.is_sure,
         TWO_SURFACES: 2 * sum(one.is_sure for one in parted) > len(marked.views),
-        TOO_FAR: capture.metric and len(samples) > 0 and is_too_far(*place),
+        TOO_FAR: capture.metric and len(samples) > 0 and is_too_far(*place, baseline_m),
     }
     wrong_by = next((reason for reason, holds in reasons.items() if holds), None)
     noted = _noted(result, targets, notes, [wrong, *doubts, scale], is_metric=capture.metric)
@@ -309,6 +310,14 @@ def _distance(
             "depth image determine it; leave the distance out"
         )
     return distance_m
+
+
+def _baseline_m(marked: Marked) -> float:
+    """Return how far two views of one instant are apart, by which depth is measured."""
+    pairs = with_twins(marked.views, [*marked.views, *marked.others])
+    eyes = ((one.world_from_camera, other.world_from_camera) for one, other in pairs)
+    apart = (np.subtract(one.translation, other.translation) for one, other in eyes)
+    return max((exact.norm(way) for way in apart), default=0.0)
 
 
 def _from_one_side(views: Sequence[CaptureView]) -> bool:

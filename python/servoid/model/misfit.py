@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from servoid._native import Body, View
-from servoid.camera import Undistortion, principal_point_note
+from servoid.camera import Undistortion, principal_point_note, square_note
 from servoid.capture import CaptureView
 from servoid.config import (
     FAR_M,
@@ -20,7 +20,11 @@ from servoid.pose import exact
 from servoid.words import counted, measured
 
 ALL_AROUND = "the mask holds the border of the image all around, so that no outline is in it"
-TOO_FAR = f"the object is measured more than {FAR_M:g} m away, which is not in metres"
+_WIDE_M = 1.0  # between cameras
+TOO_FAR = (
+    f"the object is measured more than {FAR_M:g} m away, or more than {MODELLED_AWAY_M[1]:g} m by "
+    f"cameras more than {_WIDE_M:g} m apart, which is not in metres"
+)
 
 _SMALL_UNITS = "in millimetres or centimetres"
 _LEAST_OF_ONE = 0.3  # an intersection over union below which a view contradicts the body
@@ -206,9 +210,13 @@ def scale_note(
     )
 
 
-def is_too_far(body: Body, views: Sequence[View]) -> bool:
-    """Return whether an object is farther away than what cameras on a rig can measure."""
-    return _away(body, views) > FAR_M
+def is_too_far(body: Body, views: Sequence[View], baseline_m: float) -> bool:
+    """Return whether an object is farther away than what cameras on a rig can measure.
+
+    `baseline_m` is how far the cameras of an instant are apart, 0 if that did not measure it.
+    """
+    away = _away(body, views)
+    return away > FAR_M or (away > MODELLED_AWAY_M[1] and baseline_m > _WIDE_M)
 
 
 def _away(body: Body, views: Sequence[View]) -> float:
@@ -225,7 +233,8 @@ def center_notes(views: Iterable[CaptureView]) -> list[str]:
     Those of files are checked with the whole calibration of their capture.
     """
     lenses = dict.fromkeys(view.lens for view in views if view.picture.is_in_memory)
-    notes = (principal_point_note("a camera", lens) for lens in lenses)
+    rules = (principal_point_note, square_note)
+    notes = (rule("a camera", lens) for lens in lenses for rule in rules)
     return [note for note in notes if note is not None]
 
 

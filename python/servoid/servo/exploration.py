@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from servoid import model
 from servoid._native import Body
-from servoid.capture import open_capture
+from servoid.capture import Capture, doubt_for_model, farthest_off_px, open_capture
 from servoid.errors import ServoError
 from servoid.model import ModelResult
 from servoid.pose import Pose
@@ -26,6 +26,7 @@ from servoid.words import counted, joined, were
 Masks = tuple[NDArray[np.uint8] | None, ...]
 ExplorationCallback = Callable[[str, float, Instant | None, Command | None], None]
 
+_OFF_PX = 10.0  # at 1000 px of diagonal: a hand-eye calibration that is off by 1.5 degrees
 _PATIENCE = 2000  # control periods within which an image must arrive
 
 
@@ -85,10 +86,15 @@ def explore(
 
     `mask` returns the object's masks in the first observation, by camera; one camera is enough. The
     observations are written to `folder` as a capture. With a single viewpoint the hand does not
-    move. `watch` is called with stage and progress at each observation and command.
+    move. `watch` is called with stage and progress at each observation and command. The images are
+    compared with the calibration of the cameras before the hand moves, and with the poses of the
+    arm once it is back, unless the request trusts the calibration. What they contradict is a doubt
+    of the model.
 
     Raises:
-        ServoError: a camera gives no image, or the arm's own driver has stopped it.
+        ServoError: a camera gives no image, the arm's own driver has stopped it, or the images
+            contradict the calibration or the poses of the cameras so far that the hand would miss
+            the object.
         ModelError, TargetError, MaskError: the object cannot be modelled from the images.
         OutputError: the folder cannot be written.
 
@@ -99,11 +105,14 @@ def explore(
     masks = mask(first)
     progress.report("looking", 0.0, first, None)
 
-    def modelled(looks: list[Instant], request: model.Request) -> ModelResult:
+    def modelled(looks: list[Instant], watched: model.Request) -> ModelResult:
         write_looks(folder, source.cameras, looks, masks)
-        return model.fit_capture(open_capture(folder), request)
+        capture = open_capture(folder)
+        doubt = None if request.trust_calibration else _doubt(capture)
+        made = model.fit_capture(capture, replace(watched, trust_calibration=True))
+        return made.doubted([doubt])
 
-    result = modelled([first], replace(request, trust_calibration=True))
+    result = modelled([first], request)
     looks = progress.around(result.body, first, home)
     if len(looks) > 1:
         watched = replace(
@@ -111,6 +120,23 @@ def explore(
         )
         result = modelled(looks, watched)
     return Exploration(tuple(looks), masks, result, folder, home, progress.notes(len(looks)))
+
+
+def _doubt(capture: Capture) -> str | None:
+    """Return what the images of looks have against calibration and poses, if it is little.
+
+    Raises:
+        ServoError: it is much.
+
+    """
+    doubt = doubt_for_model(capture)
+    if doubt is not None and farthest_off_px(capture) > _OFF_PX:
+        raise ServoError(
+            f"{doubt}. The hand would be led beside the object, so there is no servoing; "
+            f"{capture.path.parent} holds the images. To servo nevertheless: --trust-calibration, "
+            "or trust_calibration in Python"
+        )
+    return doubt
 
 
 @dataclass

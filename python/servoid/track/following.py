@@ -144,10 +144,12 @@ def track_capture(
         collector.add(step)
         if watch is not None:
             watch(step)
-    return doubt_capture(capture, collector.results())
+    return doubt_capture(capture, collector.results(), request)
 
 
-def doubt_capture(capture: Capture, results: Sequence[TrackResult]) -> list[TrackResult]:
+def doubt_capture(
+    capture: Capture, results: Sequence[TrackResult], request: Request | None = None
+) -> list[TrackResult]:
     """Return tracks with what the images have against the calibration and the poses of the rig.
 
     `results` are the tracks of all objects in the capture; what was tracked does not rest, and is
@@ -155,7 +157,8 @@ def doubt_capture(capture: Capture, results: Sequence[TrackResult]) -> list[Trac
     and so are images that were shifted or enlarged after they were taken. Where it is sure that the
     calibration or the poses of the rig are wrong, or that the images were changed, those of the
     object are wrong, and none has the status `tracking`; where one of several cameras was moved
-    meanwhile, none has it from there on.
+    meanwhile, none has it from there on. A request that trusts the poses of the rig leaves what
+    contradicts only these at a doubt.
     """
     if not results:
         return []
@@ -189,7 +192,8 @@ def doubt_capture(capture: Capture, results: Sequence[TrackResult]) -> list[Trac
     found = examine_rig_poses(capture, may_move, among=among)
     if found is None:
         return [replace(one, rig_doubt=together) for one in results]
-    told = (one.unconfirmed() for one in results) if found.is_sure else results
+    is_trusted = request is not None and request.trust_poses
+    told = (one.unconfirmed() for one in results) if found.is_sure and not is_trusted else results
     return [replace(one, rig_doubt=found.words) for one in told]
 
 

@@ -98,8 +98,9 @@ class Request:
     the number of observations until a body may evolve again. `distance_m` is the distance of an
     object in the first observation, which a single image without depth leaves open. `maker` makes
     the trackers, if not the method's own. With `trust_targets`, a target that may mean several
-    objects is used nevertheless. `progress` is called with the progress of the modelling that may
-    come first.
+    objects is used nevertheless; with `trust_poses`, poses of the rig are right even if the images
+    contradict them, as most of what its cameras see moves. `progress` is called with the progress
+    of the modelling that may come first.
     """
 
     method: Method = Method.REGION
@@ -119,6 +120,7 @@ class Request:
     every: int = 1
     distance_m: float | None = None
     trust_targets: bool = False
+    trust_poses: bool = False
     maker: Maker | None = None
     progress: ProgressCallback | None = None
 

@@ -11,7 +11,8 @@ from rooms_to_scan import FOCAL_PX, SIZE_PX, write_pair
 from tiers import tiered
 from true_captures import TRUE_CAPTURES, true_capture, with_focal_share
 
-from servoid._native import Lens
+from servoid._native import Camera, Lens
+from servoid.camera import pinhole_lens, square_note
 from servoid.capture import Capture, focal_fit
 from servoid.opening import doubt_calibration
 from servoid.pose import Pose
@@ -144,6 +145,25 @@ def test_a_focal_length_that_photographs_contradict_is_told(name: str, share: fl
     capture = true_capture(name)
     doubt = doubt_calibration(with_focal(capture, share))
     assert named_px(doubt) == pytest.approx(capture.cameras[0].lens.focal_px[0], rel=0.03)
+
+
+@pytest.mark.parametrize(("stretched", "is_told"), [(1.004, False), (1.1, True), (0.75, True)])
+def test_focal_lengths_of_pixels_that_are_not_square_are_told(
+    stretched: float, is_told: bool, tmp_path: Path
+) -> None:
+    capture = write_pair(tmp_path, toed_in(8.0))
+    lens = pinhole_lens(
+        Camera(
+            size_px=SIZE_PX,
+            focal_px=(stretched * FOCAL_PX, FOCAL_PX),
+            center_px=capture.cameras[0].lens.center_px,
+        )
+    )
+    told = doubt_calibration(
+        replace(capture, cameras=tuple(replace(one, lens=lens) for one in capture.cameras))
+    )
+    assert ("pixels that are not square" in str(told)) == is_told
+    assert (square_note("a camera", lens) is not None) == is_told
 
 
 @pytest.mark.parametrize("center_px", [(640.0, 120.0), (160.0, 480.0), (-1.0, 10.0)])

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +13,11 @@ from servo_trials import logged, small_trial
 from test_servo_metrics import HERE, PERIOD_S, log_of, row_at
 
 import servoid
+from servoid.errors import ServoError
 from servoid.pose import Pose
 from servoid.servo import ServoLog, ServoMetrics, TrueGoal
 from servoid.servo.accuracy import Accuracy
+from servoid.sim.trial import ServoTrial
 from servoid.view import ServoPictures, write_servo_report
 
 DESIRED = Pose.from_parts([0.0, -0.09, 0.545], [0.8, 0.6, 0.0, 0.0])
@@ -215,3 +218,32 @@ def test_a_hand_eye_calibration_that_is_wrong_shows_in_the_accuracy_of_a_run_alo
     right, wrong = (with_hand_eye(tmp_path, metres) for metres in (0.0, 0.01))
     assert wrong.accuracy.object_rms > right.accuracy.object_rms + 0.005
     assert wrong.position_rms < right.position_rms + 0.002
+
+
+def looked(folder: Path, degrees: float, **values: Any) -> ServoTrial:
+    """Look around, and servo for a moment, with a hand-eye calibration that is off."""
+    moment = {"run.seconds": 0.1, "servo.look.count": 3}
+    moment |= {"world.background": "cluttered", "world.ideal": False}
+    wrong = {"world.lab.hand_eye_deg": degrees}
+    return small_trial(folder, IDEALLY | moment | wrong | values)
+
+
+def test_a_hand_whose_cameras_look_elsewhere_than_is_known_is_not_led(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    pytest.importorskip("daqp")
+    with pytest.raises(ServoError, match=r"images contradict .* so there is no servoing") as told:
+        looked(tmp_path / "wrong", 8.0)
+    assert str(tmp_path / "wrong" / "look") in str(told.value)
+    trusted = looked(tmp_path / "trusted", 8.0, **{"run.trust_calibration": True})
+    assert not any("contradict" in note for note in trusted.exploration.all_notes)
+    assert len(trusted.log)
+
+
+def test_a_hand_eye_calibration_that_is_a_little_off_is_noted_and_a_right_one_is_not(
+    tmp_path: Path,
+) -> None:
+    pytest.importorskip("mujoco")
+    pytest.importorskip("daqp")
+    for degrees, is_noted in ((0.5, True), (0.0, False)):
+        notes = looked(tmp_path / str(degrees), degrees).exploration.all_notes
+        assert any("contradict" in note for note in notes) == is_noted

@@ -12,6 +12,7 @@ from servoid import model, track
 from servoid.camera import Camera, Lens, pinhole_lens, wrong_size
 from servoid.capture import Capture
 from servoid.exchange import open_any
+from servoid.pose import Pose
 from servoid.track import TrackResult, track_capture
 
 DRILL = 2
@@ -116,6 +117,20 @@ def test_the_calibration_of_images_twice_as_large_holds_all_poses(tmp_path: Path
     assert held(result, "is that of images 2 times as large")
 
 
+@pytest.mark.parametrize(("unit", "is_held"), [(1.0, False), (2.0, False), (50.0, True)])
+def test_cameras_that_are_metres_apart_are_believed_to_see_what_is_near(
+    unit: float, is_held: bool, tmp_path: Path
+) -> None:
+    capture = open_any(write_course(tmp_path / "drill", "turn", DRILL, SMALL))
+    left, right = capture.cameras
+    seat = Pose.from_parts(
+        unit * np.array(right.rig_from_camera.translation), right.rig_from_camera.quaternion
+    )
+    wrong = replace(capture, cameras=(left, replace(right, rig_from_camera=seat)))
+    made = model.fit_capture(wrong, QUICK, observations=slice(0, 1))
+    assert (made.wrong_by is not None and "more than 1 m apart" in made.wrong_by) == is_held
+
+
 def lens_of_larger_images(focal_px: float) -> Lens:
     return pinhole_lens(
         Camera(size_px=SIZE_PX, focal_px=(focal_px, focal_px), center_px=(319.5, 239.5))
@@ -129,12 +144,15 @@ def lens_of_larger_images(focal_px: float) -> Lens:
         ((319.5, 239.5), True),
         ((479.5, 359.5), True),
         ((319.5, 119.5), False),  # the left half of an image
-        ((250.0, 190.0), False),
+        ((239.5, 182.0), True),
+        ((79.5, 58.0), True),  # of smaller ones
+        ((250.0, 165.0), False),
+        ((79.5, 119.5), False),
         ((400.0, 220.0), False),  # a part of one
         ((0.5, 0.5), False),
     ],
 )
-def test_only_a_middle_at_the_end_of_the_diagonal_is_surely_of_larger_images(
+def test_only_a_middle_far_along_the_diagonal_is_surely_of_images_of_another_size(
     center_px: tuple[float, float], is_wrong: bool
 ) -> None:
     camera = Camera(size_px=SIZE_PX, focal_px=(300.0, 300.0), center_px=center_px)

@@ -84,6 +84,10 @@ class ServoOptions:
     trust_target: Annotated[
         bool | None, Setting("run.trust_target", name="--trust-target", panel=_RUN)
     ] = None
+    trust_calibration: Annotated[
+        bool | None,
+        Setting("run.trust_calibration", name="--trust-calibration", panel=_RUN),
+    ] = None
     seconds: Annotated[float | None, Setting("run.seconds", metavar="S", panel=_RUN)] = None
     looks: Annotated[int | None, Setting("servo.look.count", metavar="N", panel=_RUN)] = None
     goal: Annotated[

@@ -75,6 +75,15 @@ class TrackOrder(CameraOptions):
             rich_help_panel=_OBJECT,
         ),
     ] = False
+    trust_poses: Annotated[
+        bool,
+        typer.Option(
+            "--trust-poses",
+            help="Use the poses of a moving rig even if the images contradict them, because most "
+            "of what its cameras see moves, as around a vehicle; the summary then says so.",
+            rich_help_panel=_OBJECT,
+        ),
+    ] = False
     starts: Annotated[
         list[str],
         typer.Option(

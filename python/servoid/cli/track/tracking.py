@@ -87,7 +87,7 @@ def _track(order: TrackOrder, subjects: list[Subject], footage: Footage) -> None
         stopped = error
     results = collector.results()
     files = _write(order, results, reports)  # first: an interrupt of what follows loses no pose
-    results = doubt_capture(footage.capture, results)
+    results = doubt_capture(footage.capture, results, _request(order))
     if any(one.notices_on_all for one in results):
         _write_poses(order, results)  # once more, with these notices
     lacking += results[0].capture_doubts
@@ -285,6 +285,7 @@ def _request(order: TrackOrder) -> Request:
         every=order.every,
         distance_m=order.distance,
         trust_targets=order.trust_targets,
+        trust_poses=order.trust_poses,
     )
 
 

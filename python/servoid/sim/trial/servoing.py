@@ -157,7 +157,11 @@ def _explored(
         mark,
         folder=folder,
         settings=settings.servo.look,
-        request=model.Request(max_ellipsoids=settings.run.max_ellipsoids, seed=settings.track.seed),
+        request=model.Request(
+            max_ellipsoids=settings.run.max_ellipsoids,
+            seed=settings.track.seed,
+            trust_calibration=settings.run.trust_calibration,
+        ),
         watch=see,
     )
     goal = _goal(settings, exploration)

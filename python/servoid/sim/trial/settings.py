@@ -54,6 +54,9 @@ class RunSettings(_Settings, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     trust_target: Annotated[
         bool, Meta(description="use a target even if it may mean several objects")
     ] = False
+    trust_calibration: Annotated[
+        bool, Meta(description="servo even if images contradict the calibration of cameras or arm")
+    ] = False
     start_offset: Annotated[
         Triple,
         Most(NEAR_M),

@@ -1,0 +1,56 @@
+"""How a camera is mounted follows from motions of the rig and what the camera saw of them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from servoid.capture.mount_fit import fitted_mount, fitted_scale, seen_motion
+from servoid.pose import Pose
+
+NUMBERS = st.lists(st.floats(-0.5, 0.5), min_size=6, max_size=6)
+
+
+def motions_of(rig_from_camera: Pose, twists: list[list[float]]) -> list[tuple[Pose, Pose]]:
+    """Return motions of a rig, and what its camera sees of them."""
+    rig = [Pose.exp(twist) for twist in twists]
+    return [(one, rig_from_camera.inverse() @ one @ rig_from_camera) for one in rig]
+
+
+@given(st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6), st.integers(0, 1000))
+def test_a_mount_is_found_from_motions_about_several_axes(numbers: list[float], seed: int) -> None:
+    mount = Pose.exp(numbers)
+    twists = np.random.default_rng(seed).uniform(-0.5, 0.5, (4, 6)).tolist()
+    found = fitted_mount(motions_of(mount, twists))
+    assert found is not None
+    assert np.abs((mount.inverse() @ found).log()).max() < 1e-6
+
+
+@given(NUMBERS, st.floats(0.1, 10.0))
+def test_the_scale_of_translations_is_found(numbers: list[float], scale: float) -> None:
+    mount = Pose.exp(numbers)
+    twists = [[0.1, 0.2, -0.3, 0.0, 0.1, 0.0], [0.2, 0.0, 0.1, 0.3, 0.0, 0.0]]
+    wrong = [
+        (Pose.from_parts(np.array(rig.translation) / scale, rig.quaternion), seen)
+        for rig, seen in motions_of(mount, twists)
+    ]
+    assert fitted_scale(wrong, mount) == pytest.approx(scale)
+
+
+def test_motions_about_one_axis_and_too_few_of_them_determine_no_mount() -> None:
+    about_one = [[0.1 * k, 0.2, 0.0, 0.0, 0.2 * k, 0.0] for k in range(1, 6)]
+    assert fitted_mount(motions_of(Pose.identity(), about_one)) is None
+    assert fitted_mount(motions_of(Pose.identity(), [[0.1] * 6, [0.0, 0, 0, 0.2, 0, 0.1]])) is None
+    assert fitted_scale([], Pose.identity()) is None
+
+
+def test_how_a_camera_moved_is_seen_beside_what_moves_otherwise() -> None:
+    rng = np.random.default_rng(0)
+    motion = Pose.exp([0.05, -0.02, 0.1, 0.1, -0.2, 0.05])
+    points = rng.uniform((-0.5, -0.5, 1.0), (0.5, 0.5, 2.0), (60, 3))
+    rays = motion.inverse().transform(points)
+    rays[:20] += rng.uniform(-0.2, 0.2, (20, 3))
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    found = seen_motion(points, rays, 1e-3)
+    assert found is not None and np.abs((motion.inverse() @ found).log()).max() < 1e-4
+    assert seen_motion(points, rng.permutation(rays), 1e-3) is None

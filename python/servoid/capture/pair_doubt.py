@@ -4,6 +4,8 @@ Parallel cameras do not determine the focal length, but features that are behind
 epipolar lines, contradict their poses.
 """
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from servoid._native import Pose
@@ -16,8 +18,8 @@ from servoid.capture.exchanged import (
     repeated_note,
     until_settled,
 )
-from servoid.capture.focal_fit import turned_note
-from servoid.capture.matched_features import FIRST_OF_VIDEO
+from servoid.capture.focal_fit import FocalFit, turned_note
+from servoid.capture.matched_features import FIRST_OF_VIDEO, MatchedFeatures
 from servoid.capture.neighbours import (
     Album,
     evenly,
@@ -26,9 +28,12 @@ from servoid.capture.neighbours import (
     matched_at,
     second_from_first,
 )
+from servoid.capture.turn_fit import TurnFit
 from servoid.pose import exact
 
 _INSTANTS = 4
+_ENOUGH = 600  # features
+_FAR_BETTER = 1.4  # times nearer to epipolar lines, with a turn than with a focal length
 _LEAST_TURN = 1e-4  # of the axes of two cameras, below which the focal length is unobservable
 AT_END = "a camera was moved meanwhile, as at the end, though not at the start,"
 """Begins what only the last images say."""
@@ -50,20 +55,55 @@ def doubt_pair(album: Album, *, last: int | None) -> str | None:
     if album.capture.measured and not constrains_focal(second_from_first(first, second)):
         pairs = list(until_settled(matched))
         note = exchange_note(names, pairs) or contradiction_note(names, pairs)
-        return note or _doubt_end(album, last, all_sides(pairs))
+        if note is not None:
+            return note
+        at_first = all_sides(pairs)
+        return _turn_note(names, _enough(pairs, matched)) or _doubt_end(album, last, at_first)
     pairs = list(matched)
-    return exchange_note(names, pairs) or turned_note(names, pairs)
+    return exchange_note(names, pairs) or _turned_note(names, pairs)
+
+
+def _enough(
+    pairs: Sequence[MatchedFeatures], more: Iterator[MatchedFeatures]
+) -> list[MatchedFeatures]:
+    """Return pairs of images with so many features that a small turn shows."""
+    found = list(pairs)
+    while sum(len(pair.first_px) for pair in found) < _ENOUGH:
+        pair = next(more, None)
+        if pair is None:
+            break
+        found.append(pair)
+    return found
+
+
+def _turn_note(names: tuple[str, str], pairs: Sequence[MatchedFeatures]) -> str | None:
+    fit = TurnFit.of(pairs) if pairs else None
+    return fit.note(names) if fit is not None and fit.is_turned else None
+
+
+def _turned_note(names: tuple[str, str], pairs: Sequence[MatchedFeatures]) -> str | None:
+    """Return what contradicts cameras that are turned to each other; a turn if it fits better."""
+    note = turned_note(names, pairs)
+    turn = TurnFit.of(pairs) if pairs else None
+    if turn is None or not turn.is_turned:
+        return note
+    focal = FocalFit.of(pairs)
+    is_focal = note is not None and focal and focal.best_px < _FAR_BETTER * turn.best_px
+    return note if is_focal else turn.note(names)
 
 
 def is_refuted(capture: Capture) -> bool:
-    """Return whether most of what the first two cameras of a rig see contradicts their calibration.
+    """Return whether what the first two cameras of a rig see surely contradicts their calibration.
+
+    Most of it does, or all of it fits far better once the second camera is turned.
 
     It is surely wrong then, and so are poses that follow from it.
     """
     if len(capture.cameras) < 2:
         return False
-    matched = matched_at(Album(capture), (0, 1), evenly(len(capture), _INSTANTS))
-    return all_sides(matched).refute
+    pairs = list(matched_at(Album(capture), (0, 1), evenly(len(capture), _INSTANTS)))
+    fit = TurnFit.of(pairs) if pairs else None
+    return all_sides(pairs).refute or (fit is not None and fit.is_surely_turned)
 
 
 def _doubt_end(album: Album, last: int | None, at_first: Sides) -> str | None:

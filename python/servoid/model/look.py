@@ -24,10 +24,10 @@ from servoid.model.marking import Marked, mark
 from servoid.model.mask_propagation import propagate_masks
 from servoid.model.misfit import (
     ALL_AROUND,
-    TOO_FAR,
+    OFF_SCALE,
     are_all_around,
     center_notes,
-    is_too_far,
+    is_off_scale,
     scale_note,
     swapped_note,
 )
@@ -151,7 +151,7 @@ def fit_capture(
         ALL_AROUND: _are_given_all_around(marked, result),
         NOT_REGISTERED: off is not None and off.is_sure,
         TWO_SURFACES: 2 * sum(one.is_sure for one in parted) > len(marked.views),
-        TOO_FAR: capture.metric and len(samples) > 0 and is_too_far(*place, baseline_m),
+        OFF_SCALE: capture.metric and len(samples) > 0 and is_off_scale(*place, baseline_m),
     }
     wrong_by = next((reason for reason, holds in reasons.items() if holds), None)
     noted = _noted(result, targets, notes, [wrong, *doubts, scale], is_metric=capture.metric)

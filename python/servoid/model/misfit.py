@@ -21,9 +21,11 @@ from servoid.words import counted, measured
 
 ALL_AROUND = "the mask holds the border of the image all around, so that no outline is in it"
 _WIDE_M = 1.0  # between cameras
-TOO_FAR = (
+_NEAREST_M = 0.01
+OFF_SCALE = (
     f"the object is measured more than {FAR_M:g} m away, or more than {MODELLED_AWAY_M[1]:g} m by "
-    f"cameras more than {_WIDE_M:g} m apart, which is not in metres"
+    f"cameras more than {_WIDE_M:g} m apart, or less than {_NEAREST_M:g} m away: that is not in "
+    "metres"
 )
 
 _SMALL_UNITS = "in millimetres or centimetres"
@@ -210,13 +212,14 @@ def scale_note(
     )
 
 
-def is_too_far(body: Body, views: Sequence[View], baseline_m: float) -> bool:
-    """Return whether an object is farther away than what cameras on a rig can measure.
+def is_off_scale(body: Body, views: Sequence[View], baseline_m: float) -> bool:
+    """Return whether an object is nearer or farther away than what cameras on a rig can measure.
 
     `baseline_m` is how far the cameras of an instant are apart, 0 if that did not measure it.
     """
     away = _away(body, views)
-    return away > FAR_M or (away > MODELLED_AWAY_M[1] and baseline_m > _WIDE_M)
+    is_far = away > FAR_M or (away > MODELLED_AWAY_M[1] and baseline_m > _WIDE_M)
+    return is_far or away < _NEAREST_M
 
 
 def _away(body: Body, views: Sequence[View]) -> float:

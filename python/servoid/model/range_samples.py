@@ -123,16 +123,21 @@ def range_samples_of_cloud(
 ) -> RangeSamples:
     """Convert a point cloud, (N, 3) each, in metres, to range samples.
 
-    The points were seen from `viewpoint`, (3,), or without one against their normals.
+    The points were seen from `viewpoint`, (3,), or without one against their normals. Points with
+    NaN, as of pixels without depth, are left out.
 
     Raises:
-        MeshError: there are neither normals nor a viewpoint, or an array has the wrong shape.
+        MeshError: there are neither normals nor a viewpoint, an array has the wrong shape, or no
+            point is finite.
 
     """
     places = _rows("points", points)
+    finite = np.isfinite(places).all(axis=1)
+    if len(places) and not finite.any():
+        raise MeshError(f"none of the {len(places)} points is finite; give points in metres")
     if viewpoint is not None:
         [eye] = _rows("the view point", [viewpoint])
-        return join_range_samples([RangeSamples(places, places - eye)])
+        return join_range_samples([RangeSamples(places[finite], places[finite] - eye)])
     if normals is None:
         raise MeshError(
             "the cloud has no normals, so the outside of its surface is unknown; give "
@@ -142,7 +147,7 @@ def range_samples_of_cloud(
     if outward.shape != places.shape:
         points = counted(len(places), "point has", "points have")
         raise MeshError(f"{points} {counted(len(outward), 'normal')}; give one for each")
-    known = exact.lengths(outward) > 0.0
+    known = finite & (exact.lengths(outward) > 0.0)
     return join_range_samples([RangeSamples(places[known], -_HAIR * outward[known])])
 
 

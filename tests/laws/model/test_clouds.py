@@ -91,6 +91,23 @@ def test_a_right_cloud_makes_a_good_body_without_a_word_against_it(
         assert result.all_doubts == () and result.notes == ()
 
 
+@pytest.mark.parametrize("has_normals", [True, False])
+def test_points_without_a_place_are_left_out_of_a_cloud(has_normals: bool) -> None:
+    points, normals = stone()
+    holed, facing = points.copy(), normals.copy()
+    holed[::7], facing[1::7] = np.nan, np.nan
+    kept = np.isfinite(holed).all(axis=1)
+    if has_normals:
+        kept &= np.isfinite(facing).all(axis=1)
+    eye = None if has_normals else np.asarray(EYE)
+    whole = range_samples_of_cloud(points[kept], normals[kept] if has_normals else None, eye)
+    some = range_samples_of_cloud(holed, facing if has_normals else None, eye)
+    assert np.array_equal(some.points, whole.points)
+    assert np.array_equal(some.directions, whole.directions)
+    with pytest.raises(MeshError, match="none of the 5 points is finite"):
+        range_samples_of_cloud(np.full((5, 3), np.nan), np.ones((5, 3)), eye)
+
+
 def test_a_cloud_that_was_seen_from_one_side_ends_at_its_outline(half: ModelResult) -> None:
     samples = range_samples_of_cloud(one_side(), None, EYE)
     free = fit_range_samples(samples, Request(max_ellipsoids=4, delta=0.0, silhouette_weight=0.0))

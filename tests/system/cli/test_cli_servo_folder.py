@@ -33,6 +33,21 @@ def test_a_folder_into_which_another_run_writes_is_refused_and_unchanged(
         pass
 
 
+@pytest.mark.parametrize("name", ["body.json", "log.csv", "report.html"])
+def test_files_that_no_run_wrote_are_not_replaced(
+    name: str, servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("small.toml").write_text(trial_toml(small_settings()))
+    Path("mine").mkdir()
+    Path("mine", name).write_text("of a person")
+    before = everything_in(tmp_path)
+    outcome = servoid_command("servo", "--config", "small.toml", "--out", "mine")
+    assert (outcome.code, outcome.out) == (1, "")
+    assert f"mine: it holds {name}, but no run.toml" in " ".join(outcome.err.split())
+    assert everything_in(tmp_path) == before
+
+
 @pytest.mark.parametrize("target", ["mask:none.png", "box:0,0,900,900"])
 def test_a_run_whose_target_marks_nothing_leaves_no_folder(
     target: str, servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -3,8 +3,10 @@
 from contextlib import suppress
 from pathlib import Path
 
+from servoid.errors import OutputError
 from servoid.output import remove_file
 from servoid.sim.trial import LOOKS
+from servoid.words import joined
 
 FILM, RECORDING = "servo.mp4", "run.mcap"
 PICTURE = "target.png"
@@ -32,6 +34,24 @@ _INSIDE = (
     f"{LOOKS}/capture.toml",
     *(f"{LOOKS}/*-[0-9][0-9]{end}/image.png" for end in ("", "-mask")),
 )
+
+
+def check_own(folder: Path) -> None:
+    """Check that files of a folder that a run would replace are those of an earlier run.
+
+    Raises:
+        OutputError: they are others'.
+
+    """
+    if any((folder / name).is_file() for name in ("run.toml", f"{LOOKS}/capture.toml")):
+        return
+    others = [name for name in RUN_FILES if (folder / name).exists()]
+    if others:
+        raise OutputError(
+            f"cannot write the run into {folder}: it holds {joined(others)}, but no run.toml, so "
+            "that no run of servoid wrote it, and it would be replaced; move it, or name another "
+            "folder"
+        )
 
 
 def remove_leftovers(folder: Path) -> bool:

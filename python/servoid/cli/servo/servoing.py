@@ -15,7 +15,14 @@ from servoid.cli.messages import print_message
 from servoid.cli.overwriting import check_inputs_kept, files_of
 from servoid.cli.progress import progress_bar
 from servoid.cli.servo.interrupted import FolderBefore, after_servoing
-from servoid.cli.servo.leftovers import FILM, PICTURE, RECORDING, RUN_FILES, remove_leftovers
+from servoid.cli.servo.leftovers import (
+    FILM,
+    PICTURE,
+    RECORDING,
+    RUN_FILES,
+    check_own,
+    remove_leftovers,
+)
 from servoid.cli.servo.recorded_path import GivenPath, read_path, recorded_file
 from servoid.cli.servo.servo_order import Order
 from servoid.cli.servo.servo_summary import print_servo_summary
@@ -76,6 +83,7 @@ def run_servo(order: Order) -> None:
     try:
         make_folder(order.out, parents=True)
         with claimed(order.out):
+            check_own(order.out)
             _run_and_report(order, order.out, settings, given, before)
     finally:
         before.remove_empty()

@@ -323,9 +323,8 @@ class CaptureView:
 class Capture:
     """A validated capture: each camera has an image, or None, for each observation.
 
-    `rate_hz` is the number of observations per second if the capture is a recording, `notes` are
-    messages for the user. `metric` is false where lengths are not in metres because the scale is
-    unknown, `measured` where nobody measured the calibration.
+    `rate_hz` is the number of observations per second of a recording, `notes` are messages for the
+    user. `metric` is false where the scale is unknown, `measured` where nobody calibrated.
     """
 
     path: Path

@@ -2,10 +2,12 @@
 
 If B is a motion of the rig, A the same motion as the camera sees it, and X the pose of the camera
 on the rig, B X = X A (Tsai and Lenz, 1989). The rotation of X takes the rotation vectors of A to
-those of B; its translation then follows from linear equations.
+those of B; its translation then follows from linear equations. What is found so is refined until
+features are where the motions of the rig predict them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +20,31 @@ Motion = tuple[Pose, Pose]
 _LEAST_MOTIONS = 3
 _LEAST_SPREAD = 0.02  # rad: of rotation vectors, across the axis about which they turn most
 _TRIES = 300
+_STEP = 1e-6  # radians, metres, or of the logarithm of a scale
+_STEPS = 12
+_CONVERGED = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Predicted:
+    """What a camera saw before a motion of its rig and after it.
+
+    `rig_from_later` is the motion, `points` (N, 3) are places in the camera's first frame, and
+    `rays` (N, 3) unit vectors to them from its later one.
+    """
+
+    rig_from_later: Pose
+    points: Floats
+    rays: Floats
+
+    def off(self, rig_from_camera: Pose, scale: float) -> Floats:
+        """Return how far features are off, as a vector each, (3 N,), in radians."""
+        shift = scale * np.array(self.rig_from_later.translation)
+        motion = Pose.from_parts(shift, self.rig_from_later.quaternion)
+        moved = (rig_from_camera.inverse() @ motion.inverse() @ rig_from_camera).transform(
+            self.points
+        )
+        return (np.cross(moved, self.rays) / exact.lengths(moved)[:, None]).ravel()
 
 
 def seen_motion(points: Floats, rays: Floats, error: float) -> Pose | None:
@@ -67,6 +94,52 @@ def fitted_mount(motions: Sequence[Motion]) -> Pose | None:
     rig_from_camera = np.eye(4)
     rig_from_camera[:3, :3], rig_from_camera[:3, 3] = turn, exact.solve(matrix, right)
     return Pose(rig_from_camera)
+
+
+def refined_mount(seen: Sequence[Predicted], start: Pose, error: float) -> Pose:
+    """Return the pose of the camera on the rig near `start` with which most features fit.
+
+    `error` is how far they may be off, in radians.
+    """
+
+    def off(numbers: Floats) -> Floats:
+        return np.concatenate([one.off(start @ Pose.exp(numbers), 1.0) for one in seen])
+
+    return start @ Pose.exp(_refined(off, 6, error))
+
+
+def refined_scale(
+    seen: Sequence[Predicted], rig_from_camera: Pose, start: float, error: float
+) -> float:
+    """Return the scale of the rig's translations near `start` with which most features fit."""
+
+    def off(numbers: Floats) -> Floats:
+        scale = start * exact.exp(float(numbers[0]))
+        return np.concatenate([one.off(rig_from_camera, scale) for one in seen])
+
+    return start * exact.exp(float(_refined(off, 1, error)[0]))
+
+
+def _refined(off: Callable[[Floats], Floats], count: int, error: float) -> Floats:
+    """Return the numbers, (count,), near 0 with which most is least off, by Gauss-Newton steps."""
+    numbers = np.zeros(count)
+    for _ in range(_STEPS):
+        steps = _STEP * np.eye(count)
+        rest = off(numbers)
+        slopes = np.stack(
+            [(off(numbers + one) - off(numbers - one)) / (2.0 * _STEP) for one in steps]
+        )
+        square = np.square(rest.reshape(-1, 3) / error).sum(axis=1)
+        weights = np.repeat(1.0 / (1.0 + square), 3)
+        matrix = exact.product(slopes * weights, slopes.T.copy())
+        try:
+            step = exact.solve(matrix, -exact.product(slopes, weights * rest))
+        except ValueError:  # what was seen leaves a number open
+            break
+        numbers = numbers + step
+        if np.abs(step).max() < _CONVERGED:
+            break
+    return numbers
 
 
 def fitted_scale(motions: Sequence[Motion], rig_from_camera: Pose) -> float | None:

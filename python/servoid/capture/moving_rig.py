@@ -13,7 +13,12 @@ import numpy as np
 from servoid._native import Pose
 from servoid.capture.capture import Capture
 from servoid.capture.matched_features import unit_px
-from servoid.capture.mount_fit import fitted_mount, fitted_scale
+from servoid.capture.mount_fit import (
+    fitted_mount,
+    fitted_scale,
+    refined_mount,
+    refined_scale,
+)
 from servoid.capture.rig_sightings import EXPLAINED_PX, Balls, SeenRig, rests, seen_rig
 from servoid.pose import CV_FROM_GL
 from servoid.words import digits
@@ -118,7 +123,7 @@ def _cure(rig: SeenRig) -> str | None:
 def _better(rig: SeenRig) -> RigDoubt | None:
     """Return a doubt if poses that predict most features fit much better after a small change."""
     usual = ((other.usual_px(), words) for words, other in _fitted(rig))
-    off_px, words = min(usual, default=(np.inf, ""))
+    off_px, words = min(usual, key=lambda one: one[0], default=(np.inf, ""))
     given_px = rig.usual_px()
     if given_px < max(_SHARP_PX * unit_px(rig.lens), _MUCH * off_px):
         return None
@@ -171,22 +176,26 @@ def _mounts(rig: SeenRig) -> Iterator[tuple[str, Pose]]:
 def _fitted(rig: SeenRig) -> list[tuple[str, SeenRig]]:
     """List rigs that fit what was seen, after what to do."""
     motions, poses, found = rig.motions(), rig.world_from_rig, []
+    seen, error = rig.predicted(), rig.error_rad
     scale = fitted_scale(motions, rig.rig_from_camera)
-    if scale is not None:
+    if scale is not None and scale > 0.0:
+        scale = refined_scale(seen, rig.rig_from_camera, scale, error)
         scaled = [
             Pose.from_parts(scale * np.array(pose.translation), pose.quaternion) for pose in poses
         ]
         words = f"compare them with the distance of the cameras: with {scale:.3f} times x, y and z"
         found.append((words, replace(rig, world_from_rig=scaled)))
     mount = fitted_mount(motions)
-    if mount is not None:
+    starts = () if mount is None else (mount, rig.rig_from_camera)
+    for start in starts:
+        better = refined_mount(seen, start, error)
         place, turn = (
             f"({', '.join(f'{x + 0.0:.4f}' for x in numbers)})"
-            for numbers in (mount.translation, mount.quaternion)
+            for numbers in (better.translation, better.quaternion)
         )
         words = (
             f"correct how the cameras are mounted (hand-eye calibration): with {rig.name} at "
             f"{place} m and (qw, qx, qy, qz) = {turn} on the rig,"
         )
-        found.append((words, replace(rig, rig_from_camera=mount)))
+        found.append((words, replace(rig, rig_from_camera=better)))
     return found

@@ -23,7 +23,7 @@ from servoid.capture.matched_features import (
     unit_px,
     unit_rays,
 )
-from servoid.capture.mount_fit import Motion, seen_motion
+from servoid.capture.mount_fit import Motion, Predicted, seen_motion
 from servoid.pose import Floats, exact
 
 Balls = Callable[[int], Sequence[tuple[Floats, float]]]
@@ -131,16 +131,29 @@ class SeenRig:
         offs, allowed = self.offs_px()
         return [float(np.mean(off < most)) for off, most in zip(offs, allowed, strict=True)]
 
+    @property
+    def error_rad(self) -> float:
+        """Return how far a feature may be off that poses explain."""
+        return EXPLAINED_PX * unit_px(self.lens) / self.lens.focal_px[0]
+
+    def predicted(self) -> list[Predicted]:
+        """Return how the rig moved between pairs of instants, with what has a place in space."""
+        pairs = (
+            (seen, *(self.world_from_rig[index] for index in seen.indices)) for seen in self.seen
+        )
+        return [
+            Predicted(one.inverse() @ other, seen.points, seen.rays)
+            for seen, one, other in pairs
+            if seen.located
+        ]
+
     def motions(self) -> list[Motion]:
         """Return how the rig moved between pairs of instants, and what was seen of it."""
-        error = EXPLAINED_PX * unit_px(self.lens) / self.lens.focal_px[0]
-        found = []
-        for seen in self.seen:
-            motion = seen_motion(seen.points, seen.rays, error) if seen.located else None
-            if motion is not None:
-                one, other = (self.world_from_rig[index] for index in seen.indices)
-                found.append((one.inverse() @ other, motion))
-        return found
+        seen = [
+            (one.rig_from_later, seen_motion(one.points, one.rays, self.error_rad))
+            for one in self.predicted()
+        ]
+        return [(rig, motion) for rig, motion in seen if motion is not None]
 
 
 def seen_rig(capture: Capture, may_move: Balls, among: Sequence[int] | None) -> SeenRig | None:

@@ -72,7 +72,7 @@ class TurnFit:
         best_px = float(np.median(np.abs(off)))
         noise = max(1.48 * best_px, _NOISE_PX * unit)
         try:
-            covariance = exact.solve(matrix, np.eye(_FREE)) * noise**2
+            covariance = exact.solve(matrix, np.eye(_FREE)) * (noise * noise)
         except ValueError:
             return None
         given_px = float(np.median(np.abs(rays.off_px(np.zeros(_FREE)))))
@@ -82,7 +82,7 @@ class TurnFit:
         if not length > 0.0:
             return None
         axis /= length
-        sigma = exact.dot(axis, exact.product(covariance[:3, :3].copy(), axis)) ** 0.5
+        sigma = float(np.sqrt(exact.dot(axis, exact.product(covariance[:3, :3].copy(), axis))))
         return cls(exact.dot(axis, numbers[:3]), sigma, given_px, best_px, len(off), unit)
 
     @property

@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from servoid.capture.mount_fit import fitted_mount, fitted_scale, seen_motion
+from servoid.capture.mount_fit import (
+    Predicted,
+    fitted_mount,
+    fitted_scale,
+    refined_mount,
+    refined_scale,
+    seen_motion,
+)
 from servoid.pose import Pose
 
 NUMBERS = st.lists(st.floats(-0.5, 0.5), min_size=6, max_size=6)
@@ -54,3 +61,33 @@ def test_how_a_camera_moved_is_seen_beside_what_moves_otherwise() -> None:
     found = seen_motion(points, rays, 1e-3)
     assert found is not None and np.abs((motion.inverse() @ found).log()).max() < 1e-4
     assert seen_motion(points, rng.permutation(rays), 1e-3) is None
+
+
+def predicted(mount: Pose, scale: float, seed: int) -> list[Predicted]:
+    """Return what a camera sees of motions whose translations are told too short by a scale.
+
+    A fifth of it moves by itself.
+    """
+    rng = np.random.default_rng(seed)
+    seen = []
+    for _ in range(4):
+        rig = Pose.exp(rng.uniform(-0.3, 0.3, 6))
+        points = rng.uniform((-0.5, -0.5, 1.0), (0.5, 0.5, 2.0), (50, 3))
+        rays = (mount.inverse() @ rig.inverse() @ mount).transform(points)
+        rays[:10] += rng.uniform(-0.3, 0.3, (10, 3))
+        rays /= np.linalg.norm(rays, axis=1)[:, None]
+        told = Pose.from_parts(np.array(rig.translation) / scale, rig.quaternion)
+        seen.append(Predicted(told, points, rays))
+    return seen
+
+
+@given(st.integers(0, 100))
+def test_a_mount_and_a_scale_that_are_nearly_right_are_refined_beside_what_moves(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mount = Pose.exp(rng.uniform(-1.0, 1.0, 6))
+    start = mount @ Pose.exp(rng.uniform(-0.03, 0.03, 6))
+    found = refined_mount(predicted(mount, 1.0, seed), start, 0.003)
+    assert np.abs((mount.inverse() @ found).log()).max() < 1e-3
+    assert refined_scale(predicted(mount, 1.2, seed), mount, 1.15, 0.003) == pytest.approx(
+        1.2, rel=1e-3
+    )

@@ -112,7 +112,7 @@ def test_an_interrupted_run_leaves_nothing_of_an_earlier_one_in_its_folder(
     config.write_text(trial_toml(small_settings(SHORT | {"servo.look.count": 2})))
     (out / "look" / "left-04").mkdir(parents=True)
     (out / "model").mkdir()
-    for name in ("log.csv", "report.html", "model/curve.png", "look/left-04/image.png", "mine"):
+    for name in ("log.csv", "run.toml", "model/curve.png", "look/left-04/image.png", "mine"):
         (out / name).write_bytes(b"of an earlier run")
     outcome = servoid_command("servo", "--config", config, "--out", out)
     assert outcome.err.endswith(

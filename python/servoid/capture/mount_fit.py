@@ -22,6 +22,7 @@ _LEAST_SPREAD = 0.02  # rad: of rotation vectors, across the axis about which th
 _TRIES = 300
 _STEP = 1e-6  # radians, metres, or of the logarithm of a scale
 _STEPS = 12
+_MOST_STEP = 0.3
 _CONVERGED = 1e-6
 
 
@@ -68,6 +69,8 @@ def seen_motion(points: Floats, rays: Floats, error: float) -> Pose | None:
     )
     if not found or rows is None or 2 * len(rows) < len(points):
         return None
+    if not (np.isfinite(turn).all() and np.isfinite(shift).all()):
+        return None
     return Pose.from_rvec_tvec(turn.ravel(), shift.ravel()).inverse()
 
 
@@ -92,7 +95,10 @@ def fitted_mount(motions: Sequence[Motion]) -> Pose | None:
         matrix += exact.product(change.T.copy(), change)
         right += exact.product(change.T.copy(), rest)
     rig_from_camera = np.eye(4)
-    rig_from_camera[:3, :3], rig_from_camera[:3, 3] = turn, exact.solve(matrix, right)
+    try:
+        rig_from_camera[:3, :3], rig_from_camera[:3, 3] = turn, exact.solve(matrix, right)
+    except ValueError:
+        return None
     return Pose(rig_from_camera)
 
 
@@ -136,8 +142,11 @@ def _refined(off: Callable[[Floats], Floats], count: int, error: float) -> Float
             step = exact.solve(matrix, -exact.product(slopes, weights * rest))
         except ValueError:  # what was seen leaves a number open
             break
-        numbers = numbers + step
-        if np.abs(step).max() < _CONVERGED:
+        size = float(np.abs(step).max())
+        if not np.isfinite(size):
+            break
+        numbers = numbers + step * min(1.0, _MOST_STEP / max(size, _CONVERGED))
+        if size < _CONVERGED:
             break
     return numbers
 

@@ -50,6 +50,10 @@ class TurnFit:
     def of(cls, pairs: Sequence[MatchedFeatures]) -> "TurnFit | None":
         """Return the best fit to features of two cameras' images; None if there is none."""
         first, second = pairs[0].lenses
+        axis = np.cross([0.0, 0.0, 1.0], pairs[0].second_from_first.translation)
+        length = exact.norm(axis)
+        if not length > 0.0:  # at one place, or one behind the other
+            return None
         one = np.concatenate([unit_rays(first, pair.first_px) for pair in pairs])
         other = np.concatenate([unit_rays(second, pair.second_px) for pair in pairs])
         kept = np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1)
@@ -76,11 +80,6 @@ class TurnFit:
         except ValueError:
             return None
         given_px = float(np.median(np.abs(rays.off_px(np.zeros(_FREE)))))
-        baseline = np.array(pairs[0].second_from_first.translation)
-        axis = np.cross([0.0, 0.0, 1.0], baseline)
-        length = exact.norm(axis)
-        if not length > 0.0:
-            return None
         axis /= length
         sigma = float(np.sqrt(exact.dot(axis, exact.product(covariance[:3, :3].copy(), axis))))
         return cls(exact.dot(axis, numbers[:3]), sigma, given_px, best_px, len(off), unit)

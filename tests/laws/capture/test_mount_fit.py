@@ -91,3 +91,12 @@ def test_a_mount_and_a_scale_that_are_nearly_right_are_refined_beside_what_moves
     assert refined_scale(predicted(mount, 1.2, seed), mount, 1.15, 0.003) == pytest.approx(
         1.2, rel=1e-3
     )
+
+
+@given(st.integers(0, 100), st.lists(st.floats(-4.0, 4.0), min_size=6, max_size=6))
+def test_from_far_away_some_mount_is_found(seed: int, far: list[float]) -> None:
+    seen = predicted(Pose.identity(), 1.0, seed)
+    for start in (Pose.exp(far), Pose.from_parts((1e3, -1e3, 1e3), (0.5, 0.5, -0.5, 0.5))):
+        found = refined_mount(seen, start, 0.003)
+        assert np.isfinite(found.matrix()).all()
+        assert np.isfinite(refined_scale(seen, start, 1e-3, 0.003))

@@ -79,3 +79,11 @@ def test_a_pair_whose_calibration_is_stale_is_refuted_and_the_angle_told(
     for doubt in (doubt_calibration(capture), doubt_for_model(capture)):
         assert (doubt is None) == (degrees == 0.0)
         assert doubt is None or f"by {abs(degrees)} degrees" in doubt
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0, 0.0), (0.0, 0.0, -0.1)])
+def test_cameras_at_one_place_or_one_behind_the_other_show_no_turn(
+    shift: tuple[float, float, float],
+) -> None:
+    told = Pose.from_parts(shift, (1.0, 0.0, 0.0, 0.0))
+    assert TurnFit.of([matched(told, told, 0.1, 0)]) is None

@@ -18,6 +18,7 @@ _FREE = 5  # the turn, and the direction of the baseline
 _STEP = 1e-5
 _STEPS = 8
 _CONVERGED = 1e-6
+_MOST = 1.0
 _INLIER_PX = 0.5  # at 1000 px of diagonal: nearer features count most
 _NOISE_PX = 0.1  # at 1000 px of diagonal: at least, of matched features
 # Of eight recorded pairs the turn is 0.07 degrees at most, but for a real one, whose lenses are not
@@ -57,6 +58,8 @@ class TurnFit:
         one = np.concatenate([unit_rays(first, pair.first_px) for pair in pairs])
         other = np.concatenate([unit_rays(second, pair.second_px) for pair in pairs])
         kept = np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1)
+        if kept.sum() < _LEAST:
+            return None
         rays = _Rays(one[kept], other[kept], pairs[0].second_from_first, second.focal_px[0])
         unit = unit_px(second)
         numbers = np.zeros(_FREE)
@@ -70,6 +73,8 @@ class TurnFit:
             except ValueError:
                 return None
             numbers = numbers + step
+            if not np.abs(numbers).max() < _MOST:
+                return None
             if np.abs(step).max() < _CONVERGED:
                 break
         off = rays.off_px(numbers)
@@ -81,8 +86,9 @@ class TurnFit:
             return None
         given_px = float(np.median(np.abs(rays.off_px(np.zeros(_FREE)))))
         axis /= length
-        sigma = float(np.sqrt(exact.dot(axis, exact.product(covariance[:3, :3].copy(), axis))))
-        return cls(exact.dot(axis, numbers[:3]), sigma, given_px, best_px, len(off), unit)
+        variance = exact.dot(axis, exact.product(covariance[:3, :3].copy(), axis))
+        angle, sigma = exact.dot(axis, numbers[:3]), float(np.sqrt(max(variance, 0.0)))
+        return cls(angle, sigma, given_px, best_px, len(off), unit)
 
     @property
     def is_turned(self) -> bool:
@@ -97,8 +103,7 @@ class TurnFit:
     def _is_better(self, times: float) -> bool:
         is_sure = max(_LEAST_RAD, _SURE * self.sigma) < abs(self.angle) < _MOST_RAD
         is_near = self.best_px < _FITS_PX * self.unit
-        is_seen = self.count >= _LEAST
-        return is_seen and is_sure and is_near and self.given_px > times * self.best_px
+        return is_sure and is_near and self.given_px > times * self.best_px
 
     def note(self, names: tuple[str, str]) -> str:
         """Return a message that names the angle, for two named cameras."""

@@ -77,8 +77,9 @@ def _enough(
 
 
 def _turn_note(names: tuple[str, str], pairs: Sequence[MatchedFeatures]) -> str | None:
+    """Return what contradicts parallel cameras that somebody calibrated, lenses included."""
     fit = TurnFit.of(pairs) if pairs else None
-    return fit.note(names) if fit is not None and fit.is_turned else None
+    return fit.note(names) if fit is not None and (fit.is_turned or fit.is_turned_or_bent) else None
 
 
 def _turned_note(names: tuple[str, str], pairs: Sequence[MatchedFeatures]) -> str | None:

@@ -3,6 +3,7 @@
 A camera that is turned about the axis across the baseline moves what it sees along its epipolar
 lines, where a matched feature cannot contradict it, and makes all depths wrong. But lines far from
 the middle of the image lean as well, and many features together show that to a part of a degree.
+Lenses whose distortion is not in the calibration bend them much alike, but near things more.
 """
 
 from collections.abc import Sequence
@@ -14,13 +15,16 @@ from servoid._native import Pose
 from servoid.capture.matched_features import MatchedFeatures, unit_px, unit_rays
 from servoid.pose import Floats, exact
 
-_FREE = 5  # the turn, and the direction of the baseline
+# The numbers that are fitted: the turn, the direction of the baseline, the lenses' distortion.
+_COUNT = 6
+_MOUNT, _BENT = (0, 1, 2, 3, 4), (0, 1, 2, 5)
 _STEP = 1e-5
 _STEPS = 8
 _CONVERGED = 1e-6
 _MOST = 1.0
 _INLIER_PX = 0.5  # at 1000 px of diagonal: nearer features count most
 _NOISE_PX = 0.1  # at 1000 px of diagonal: at least, of matched features
+_AHEAD = 0.2  # cosine: what is farther from the optical axis is not used
 # Of eight recorded pairs the turn is 0.07 degrees at most, but for a real one, whose lenses are not
 # quite calibrated: of 0.47 degrees, with which features are 1.2 times nearer.
 _LEAST_RAD, _MOST_RAD = 0.006, 0.07  # beyond, another focal length looks alike
@@ -29,6 +33,9 @@ _BETTER = 1.5  # times nearer
 _FITS_PX = 0.5  # at 1000 px of diagonal
 _SURELY_BETTER = 2.0  # times nearer
 _LEAST = 60  # features
+# By how much the turn may differ if a distortion is fitted as well. Of pairs turned by 1 degree
+# it is 0.36 degrees at most, of the same with a distortion of 0.1 or 0.2 0.7 and more, but for one.
+_AGREES, _AGREES_RAD = 0.3, 0.002
 
 
 @dataclass(frozen=True)
@@ -36,12 +43,14 @@ class TurnFit:
     """How features say that the second camera is turned from where its calibration has it.
 
     `angle` is that about the axis across the baseline and the optical axis, by which depths are
-    wrong, with its standard deviation `sigma`, in radians. Half of the `count` features are nearer
-    than `given_px` to their epipolar lines, and than `best_px` with the turn.
+    wrong, with its standard deviation `sigma`, in radians; `bent_angle` is the same if the lenses
+    have a distortion that is not in the calibration. Half of the `count` features are nearer than
+    `given_px` to their epipolar lines, and than `best_px` with the turn.
     """
 
     angle: float
     sigma: float
+    bent_angle: float
     given_px: float
     best_px: float
     count: int
@@ -55,50 +64,50 @@ class TurnFit:
         length = exact.norm(axis)
         if not length > 0.0:  # at one place, or one behind the other
             return None
+        axis /= length
         one = np.concatenate([unit_rays(first, pair.first_px) for pair in pairs])
         other = np.concatenate([unit_rays(second, pair.second_px) for pair in pairs])
-        kept = np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1)
+        kept = (one[:, 2] > _AHEAD) & (other[:, 2] > _AHEAD)  # not of NaN
         if kept.sum() < _LEAST:
             return None
-        rays = _Rays(one[kept], other[kept], pairs[0].second_from_first, second.focal_px[0])
+        one, other = (rays[kept, :2] / rays[kept, 2:] for rays in (one, other))
+        rays = _Rays(one, other, pairs[0].second_from_first, second.focal_px[0])
         unit = unit_px(second)
-        numbers = np.zeros(_FREE)
-        matrix = np.eye(_FREE)
-        for _ in range(_STEPS):
-            off, slopes = rays.off_px(numbers), rays.slopes(numbers)
-            weights = 1.0 / (1.0 + np.square(off / (_INLIER_PX * unit)))
-            matrix = exact.product((slopes * weights[:, None]).T.copy(), slopes)
-            try:
-                step = exact.solve(matrix, -exact.product(slopes.T.copy(), weights * off))
-            except ValueError:
-                return None
-            numbers = numbers + step
-            if not np.abs(numbers).max() < _MOST:
-                return None
-            if np.abs(step).max() < _CONVERGED:
-                break
-        off = rays.off_px(numbers)
-        best_px = float(np.median(np.abs(off)))
-        noise = max(1.48 * best_px, _NOISE_PX * unit)
-        try:
-            covariance = exact.solve(matrix, np.eye(_FREE)) * (noise * noise)
-        except ValueError:
+        mount, bent = (rays.fitted(free, unit) for free in (_MOUNT, _BENT))
+        if mount is None or bent is None:
             return None
-        given_px = float(np.median(np.abs(rays.off_px(np.zeros(_FREE)))))
-        axis /= length
-        variance = exact.dot(axis, exact.product(covariance[:3, :3].copy(), axis))
-        angle, sigma = exact.dot(axis, numbers[:3]), float(np.sqrt(max(variance, 0.0)))
-        return cls(angle, sigma, given_px, best_px, len(off), unit)
+        off, given = (np.median(np.abs(rays.off_px(at))) for at in (mount[0], np.zeros(_COUNT)))
+        noise = max(1.48 * float(off), _NOISE_PX * unit)
+        variance = exact.dot(axis, exact.product(mount[1][:3, :3].copy(), axis))
+        return cls(
+            angle=exact.dot(axis, mount[0][:3]),
+            sigma=noise * float(np.sqrt(max(variance, 0.0))),
+            bent_angle=exact.dot(axis, bent[0][:3]),
+            given_px=float(given),
+            best_px=float(off),
+            count=len(one),
+            unit=unit,
+        )
 
     @property
     def is_turned(self) -> bool:
         """Return whether the camera is turned so that depths are wrong."""
-        return self._is_better(_BETTER)
+        return self._is_better(_BETTER) and self._agrees
 
     @property
     def is_surely_turned(self) -> bool:
         """Return whether nothing else explains what is seen."""
-        return self._is_better(_SURELY_BETTER)
+        return self._is_better(_SURELY_BETTER) and self._agrees
+
+    @property
+    def is_turned_or_bent(self) -> bool:
+        """Return whether it is turned, or the lenses have a distortion that nobody measured."""
+        return self._is_better(_BETTER) and not self._agrees
+
+    @property
+    def _agrees(self) -> bool:
+        apart = abs(self.bent_angle - self.angle)
+        return apart < _AGREES * abs(self.angle) + _AGREES_RAD
 
     def _is_better(self, times: float) -> bool:
         is_sure = max(_LEAST_RAD, _SURE * self.sigma) < abs(self.angle) < _MOST_RAD
@@ -108,10 +117,15 @@ class TurnFit:
     def note(self, names: tuple[str, str]) -> str:
         """Return a message that names the angle, for two named cameras."""
         one, other = names
+        or_bent = (
+            ""
+            if self._agrees
+            else ", or the lenses have a distortion that is not in the calibration"
+        )
         return (
             f"the images contradict the calibration of {one} and {other}: {other} is turned "
-            f"towards the other, or away from it, by {abs(np.degrees(self.angle)):.1f} degrees, "
-            "which makes all distances wrong: with that, half of "
+            f"towards the other, or away from it, by {abs(np.degrees(self.angle)):.1f} degrees"
+            f"{or_bent}, which makes all distances wrong: with that, half of "
             f"{self.count} features are {self.best_px:.2f} px from where the other image predicts "
             f"them, instead of {self.given_px:.2f}; calibrate the two cameras again"
         )
@@ -119,19 +133,42 @@ class TurnFit:
 
 @dataclass(frozen=True, eq=False)
 class _Rays:
-    """Unit vectors to what two cameras see, (N, 3) each, and how they are mounted."""
+    """Where two cameras see features, (N, 2) each, at a distance of 1, and how they are mounted."""
 
     one: Floats
     other: Floats
     second_from_first: Pose
     focal_px: float
 
+    def fitted(self, free: Sequence[int], unit: float) -> tuple[Floats, Floats] | None:
+        """Return the numbers, (6,), of which some are free, and the inverse of their curvature.
+
+        Gauss-Newton steps with Cauchy weights; None if they do not end.
+        """
+        numbers, chosen = np.zeros(_COUNT), np.eye(_COUNT)[list(free)]
+        matrix = np.eye(len(free))
+        try:
+            for _ in range(_STEPS):
+                off, slopes = self.off_px(numbers), self._slopes(numbers, chosen)
+                weights = 1.0 / (1.0 + np.square(off / (_INLIER_PX * unit)))
+                matrix = exact.product((slopes * weights[:, None]).T.copy(), slopes)
+                step = exact.solve(matrix, -exact.product(slopes.T.copy(), weights * off))
+                numbers = numbers + exact.product(step, chosen)
+                if not np.abs(numbers).max() < _MOST:
+                    return None
+                if np.abs(step).max() < _CONVERGED:
+                    break
+            return numbers, exact.solve(matrix, np.eye(len(free)))
+        except ValueError:  # features leave a number open
+            return None
+
     def off_px(self, numbers: Floats) -> Floats:
         """Return the distances of features to their epipolar lines, with their sign."""
+        one, other = _bent(self.one, float(numbers[5])), _bent(self.other, float(numbers[5]))
         mount = self.second_from_first.matrix()
         turn = Pose.exp([0.0, 0.0, 0.0, *numbers[:3].tolist()]).matrix()[:3, :3]
         along = mount[:3, 3] / exact.norm(mount[:3, 3])
-        aside = np.cross(along, [0.0, 0.0, 1.0] if abs(along[2]) < 0.9 else [1.0, 0.0, 0.0])
+        aside = np.cross(along, [0.0, 0.0, 1.0])
         aside /= exact.norm(aside)
         along = along + numbers[3] * aside + numbers[4] * np.cross(along, aside)
         axis = exact.product(turn, along)
@@ -139,15 +176,27 @@ class _Rays:
             [[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]]
         )
         essential = exact.product(across, exact.product(turn, mount[:3, :3].copy()))
-        line = exact.product(self.one, essential.T.copy())
-        back = exact.product(self.other, essential)
+        line = exact.product(one, essential.T.copy())
+        back = exact.product(other, essential)
         # To first order the distance to the nearest pair of rays that meet (Sampson).
-        normal = np.square(line).sum(axis=1) - np.square((line * self.other).sum(axis=1))
-        normal += np.square(back).sum(axis=1) - np.square((back * self.one).sum(axis=1))
-        return self.focal_px * (line * self.other).sum(axis=1) / np.sqrt(normal)
+        product = (line * other).sum(axis=1)
+        normal = np.square(line).sum(axis=1) + np.square(back).sum(axis=1)
+        normal -= np.square(product) + np.square((back * one).sum(axis=1))
+        return self.focal_px * product / np.sqrt(normal)
 
-    def slopes(self, numbers: Floats) -> Floats:
-        """Return the derivatives of `off_px` by the numbers, (N, 5)."""
-        steps = _STEP * np.eye(_FREE)
-        pairs = [(self.off_px(numbers + step), self.off_px(numbers - step)) for step in steps]
-        return np.stack([(more - less) / (2.0 * _STEP) for more, less in pairs], axis=1)
+    def _slopes(self, numbers: Floats, chosen: Floats) -> Floats:
+        """Return the derivatives of `off_px` by the chosen numbers, (N, C)."""
+        sides = [
+            (self.off_px(numbers + _STEP * one), self.off_px(numbers - _STEP * one))
+            for one in chosen
+        ]
+        return np.stack([(more - less) / (2.0 * _STEP) for more, less in sides], axis=1)
+
+
+def _bent(places: Floats, distortion: float) -> Floats:
+    """Return unit vectors to places in an image, (N, 2), of a lens with a radial distortion."""
+    bend = distortion * np.square(places).sum(axis=1)
+    # The inverse of r (1 - d r^2), of which `distortion` is d, to the third power.
+    bent = places * (1.0 + bend + 3.0 * bend * bend + 12.0 * bend * bend * bend)[:, None]
+    rays = np.concatenate([bent, np.ones((len(bent), 1))], axis=1)
+    return rays / exact.lengths(rays)[:, None]

@@ -62,6 +62,34 @@ def test_cameras_one_above_the_other_are_compared_as_those_side_by_side(
     assert abs(np.degrees(fit.angle)) == pytest.approx(degrees, abs=0.15)
 
 
+def bent(pair: MatchedFeatures, distortion: float) -> MatchedFeatures:
+    """Return the same as two lenses with a distortion show it."""
+
+    def shown(pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+        places = (pixels - CENTER_PX) / FOCAL_PX
+        square = np.square(places).sum(axis=1)[:, None]
+        return FOCAL_PX * places * (1.0 + distortion * square) + CENTER_PX
+
+    return replace(pair, first_px=shown(pair.first_px), second_px=shown(pair.second_px))
+
+
+@given(st.floats(-0.2, 0.2), st.integers(0, 100))
+def test_a_distortion_that_is_not_in_the_calibration_is_no_turn(
+    distortion: float, seed: int
+) -> None:
+    fit = TurnFit.of([bent(matched(BESIDE, BESIDE, 0.1, seed), distortion)])
+    assert fit is None or not (fit.is_turned or fit.is_surely_turned)
+    assert fit is None or abs(np.degrees(fit.bent_angle)) < 0.3
+
+
+def test_a_turn_or_a_distortion_are_both_named_where_either_may_be_meant() -> None:
+    fit = TurnFit.of([bent(matched(BESIDE, BESIDE, 0.02, 0), -0.12)])
+    assert fit is not None and fit.is_turned_or_bent
+    assert "or the lenses have a distortion" in fit.note(("left", "right"))
+    right = TurnFit.of([matched(about_y(1.0) @ BESIDE, BESIDE, 0.02, 0)])
+    assert right is not None and "distortion" not in right.note(("left", "right"))
+
+
 def turned(degrees: float) -> NDArray[np.float64]:
     pose = about_y(degrees).matrix().copy()
     pose[0, 3] = 0.1

@@ -27,7 +27,7 @@ from servoid.capture.recorded_times import unordered_times
 from servoid.capture.scan_doubt import SCAN_FIGURES
 from servoid.capture.shrinking import shrunk
 from servoid.capture.step_doubt import doubt_step
-from servoid.capture.view_doubt import farthest_off_px
+from servoid.capture.view_doubt import farthest_off
 
 __all__ = [
     "ArrayPicture",
@@ -48,7 +48,7 @@ __all__ = [
     "doubt_rig_poses",
     "doubt_step",
     "examine_rig_poses",
-    "farthest_off_px",
+    "farthest_off",
     "is_refuted",
     "open_capture",
     "shrunk",

@@ -19,6 +19,7 @@ Motion = tuple[Pose, Pose]
 
 _LEAST_MOTIONS = 3
 _LEAST_SPREAD = 0.02  # rad: of rotation vectors, across the axis about which they turn most
+_LEAST_AHEAD = 6  # features
 _TRIES = 300
 _STEP = 1e-6  # radians, metres, or of the logarithm of a scale
 _STEPS = 12
@@ -57,6 +58,8 @@ def seen_motion(points: Floats, rays: Floats, error: float) -> Pose | None:
     import cv2
 
     is_ahead = rays[:, 2] > 0.0
+    if is_ahead.sum() < _LEAST_AHEAD:
+        return None
     flat = rays[is_ahead, :2] / rays[is_ahead, 2:]
     found, turn, shift, rows = cv2.solvePnPRansac(
         points[is_ahead],

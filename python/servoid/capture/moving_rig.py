@@ -33,8 +33,6 @@ _MILLI = 0.001
 _CHECKS = (
     "check that they are world_from_rig, in metres, and of the same times as the images, and "
     "how the cameras are mounted (hand-eye calibration)"
-    "; if most of what they see moves instead, as around a vehicle: --trust-poses, or trust_poses "
-    "in Python"
 )
 
 
@@ -112,8 +110,8 @@ def _cure(rig: SeenRig) -> str | None:
         (words, replace(rig, world_from_rig=one)) for words, one in _others(rig.world_from_rig)
     )
     mounts = ((words, replace(rig, rig_from_camera=one)) for words, one in _mounts(rig))
-    for tried in ([*poses, *mounts], _fitted(rig)):
-        usual = [(other.usual_px(), words, other) for words, other in tried]
+    for tried in (lambda: [*poses, *mounts], lambda: _fitted(rig)):
+        usual = [(other.usual_px(), words, other) for words, other in tried()]
         off_px, words, other = min(usual, key=lambda one: one[0], default=(np.inf, "", rig))
         if off_px < EXPLAINED_PX * unit_px(rig.lens):
             return f"{words} {100.0 * float(np.median(other.agreeing())):.0f} % would be"
@@ -122,10 +120,12 @@ def _cure(rig: SeenRig) -> str | None:
 
 def _better(rig: SeenRig) -> RigDoubt | None:
     """Return a doubt if poses that predict most features fit much better after a small change."""
+    given_px = rig.usual_px()
+    if rests(rig.world_from_rig) or not _SHARP_PX * unit_px(rig.lens) <= given_px < np.inf:
+        return None
     usual = ((other.usual_px(), words) for words, other in _fitted(rig))
     off_px, words = min(usual, key=lambda one: one[0], default=(np.inf, ""))
-    given_px = rig.usual_px()
-    if given_px < max(_SHARP_PX * unit_px(rig.lens), _MUCH * off_px):
+    if given_px < _MUCH * off_px:
         return None
     return RigDoubt(
         "the images fit other poses of the cameras better: half of the features of their "

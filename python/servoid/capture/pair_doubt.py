@@ -54,11 +54,9 @@ def doubt_pair(album: Album, *, last: int | None) -> str | None:
     matched = matched_at(album, (0, 1), evenly(len(album.capture), _INSTANTS))
     if album.capture.measured and not constrains_focal(second_from_first(first, second)):
         pairs = list(until_settled(matched))
-        note = exchange_note(names, pairs) or contradiction_note(names, pairs)
-        if note is not None:
-            return note
-        at_first = all_sides(pairs)
-        return _turn_note(names, _enough(pairs, matched)) or _doubt_end(album, last, at_first)
+        note = exchange_note(names, pairs) or _turn_note(names, _enough(pairs, matched))
+        note = note or contradiction_note(names, pairs)
+        return note or _doubt_end(album, last, all_sides(pairs))
     pairs = list(matched)
     return exchange_note(names, pairs) or _turned_note(names, pairs)
 
@@ -77,26 +75,30 @@ def _enough(
 
 
 def _turn_note(names: tuple[str, str], pairs: Sequence[MatchedFeatures]) -> str | None:
-    """Return what contradicts parallel cameras that somebody calibrated, lenses included."""
+    """Return what contradicts parallel cameras that somebody calibrated."""
     fit = TurnFit.of(pairs) if pairs else None
     return fit.note(names) if fit is not None and (fit.is_turned or fit.is_turned_or_bent) else None
 
 
 def _turned_note(names: tuple[str, str], pairs: Sequence[MatchedFeatures]) -> str | None:
     """Return what contradicts cameras that are turned to each other; a turn if it fits better."""
-    note = turned_note(names, pairs)
     turn = TurnFit.of(pairs) if pairs else None
-    if turn is None or not turn.is_turned:
-        return note
+    if turn is None or not turn.is_turned or _is_focal(pairs, turn):
+        return turned_note(names, pairs)
+    return turn.note(names)
+
+
+def _is_focal(pairs: Sequence[MatchedFeatures], turn: TurnFit) -> bool:
+    """Return whether another focal length explains about as much as a turn."""
     focal = FocalFit.of(pairs)
-    is_focal = note is not None and focal and focal.best_px < _FAR_BETTER * turn.best_px
-    return note if is_focal else turn.note(names)
+    is_near = focal is not None and focal.best_px < _FAR_BETTER * turn.best_px
+    return is_near and constrains_focal(pairs[0].second_from_first)
 
 
 def is_refuted(capture: Capture) -> bool:
-    """Return whether what the first two cameras of a rig see surely contradicts their calibration.
+    """Return whether the images surely contradict the calibration of the first two cameras.
 
-    Most of it does, or all of it fits far better once the second camera is turned.
+    Most features do, or all fit far better once the second camera is turned.
 
     It is surely wrong then, and so are poses that follow from it.
     """
@@ -104,7 +106,8 @@ def is_refuted(capture: Capture) -> bool:
         return False
     pairs = list(matched_at(Album(capture), (0, 1), evenly(len(capture), _INSTANTS)))
     fit = TurnFit.of(pairs) if pairs else None
-    return all_sides(pairs).refute or (fit is not None and fit.is_surely_turned)
+    is_turned = fit is not None and fit.is_surely_turned and not _is_focal(pairs, fit)
+    return all_sides(pairs).refute or is_turned
 
 
 def _doubt_end(album: Album, last: int | None, at_first: Sides) -> str | None:

@@ -19,6 +19,8 @@ class _Doubted(msgspec.Struct):
 
 def scan_doubt(capture: Capture) -> str | None:
     """Return a message if the scan that made a capture doubts its own poses, else None."""
+    if not capture.path.is_file():  # it is in memory, and beside nothing
+        return None
     doubts = _pose_doubts(capture.path.parent / SCAN_FIGURES)
     if not doubts:
         return None

@@ -27,7 +27,9 @@ _NOISE_PX = 0.1  # at 1000 px of diagonal: at least, of matched features
 _AHEAD = 0.2  # cosine: what is farther from the optical axis is not used
 # Of eight recorded pairs the turn is 0.07 degrees at most, but for a real one, whose lenses are not
 # quite calibrated: of 0.47 degrees, with which features are 1.2 times nearer.
-_LEAST_RAD, _MOST_RAD = 0.006, 0.07  # beyond, another focal length looks alike
+_LEAST_RAD, _MOST_RAD = 0.006, 0.2
+_MOST_TOED_RAD = 0.07  # of cameras that are turned towards each other: a focal length looks alike
+_TOED_RAD = 0.01
 _SURE = 6.0  # standard deviations
 _BETTER = 1.5  # times nearer
 _FITS_PX = 0.5  # at 1000 px of diagonal
@@ -45,7 +47,8 @@ class TurnFit:
     `angle` is that about the axis across the baseline and the optical axis, by which depths are
     wrong, with its standard deviation `sigma`, in radians; `bent_angle` is the same if the lenses
     have a distortion that is not in the calibration. Half of the `count` features are nearer than
-    `given_px` to their epipolar lines, and than `best_px` with the turn.
+    `given_px` to their epipolar lines, and than `best_px` with the turn; `unit` is a thousandth of
+    the image's diagonal, in pixels. The angle is at most `most`.
     """
 
     angle: float
@@ -55,6 +58,7 @@ class TurnFit:
     best_px: float
     count: int
     unit: float
+    most: float
 
     @classmethod
     def of(cls, pairs: Sequence[MatchedFeatures]) -> "TurnFit | None":
@@ -87,6 +91,7 @@ class TurnFit:
             best_px=float(off),
             count=len(one),
             unit=unit,
+            most=_MOST_TOED_RAD if _is_toed(pairs[0].second_from_first) else _MOST_RAD,
         )
 
     @property
@@ -110,7 +115,7 @@ class TurnFit:
         return apart < _AGREES * abs(self.angle) + _AGREES_RAD
 
     def _is_better(self, times: float) -> bool:
-        is_sure = max(_LEAST_RAD, _SURE * self.sigma) < abs(self.angle) < _MOST_RAD
+        is_sure = max(_LEAST_RAD, _SURE * self.sigma) < abs(self.angle) < self.most
         is_near = self.best_px < _FITS_PX * self.unit
         return is_sure and is_near and self.given_px > times * self.best_px
 
@@ -123,11 +128,11 @@ class TurnFit:
             else ", or the lenses have a distortion that is not in the calibration"
         )
         return (
-            f"the images contradict the calibration of {one} and {other}: {other} is turned "
-            f"towards the other, or away from it, by {abs(np.degrees(self.angle)):.1f} degrees"
-            f"{or_bent}, which makes all distances wrong: with that, half of "
-            f"{self.count} features are {self.best_px:.2f} px from where the other image predicts "
-            f"them, instead of {self.given_px:.2f}; calibrate the two cameras again"
+            f"the images contradict the calibration of {one} and {other}: {other} is turned by "
+            f"{abs(np.degrees(self.angle)):.1f} degrees towards {one}, or away from it{or_bent}: "
+            f"all distances are wrong. With that turn, half of {self.count} features are "
+            f"{self.best_px:.2f} px from where the other image predicts them, instead of "
+            f"{self.given_px:.2f}; calibrate the two cameras again"
         )
 
 
@@ -191,6 +196,10 @@ class _Rays:
             for one in chosen
         ]
         return np.stack([(more - less) / (2.0 * _STEP) for more, less in sides], axis=1)
+
+
+def _is_toed(second_from_first: Pose) -> bool:
+    return exact.norm(np.array(second_from_first.log()[3:])) > _TOED_RAD
 
 
 def _bent(places: Floats, distortion: float) -> Floats:

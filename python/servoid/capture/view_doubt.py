@@ -22,6 +22,7 @@ from servoid.capture.neighbours import (
     PosedView,
     matched_neighbours,
 )
+from servoid.pose import exact
 from servoid.words import camera_called, digits
 
 _PAIRS = 4
@@ -32,6 +33,7 @@ _SEATED_PX = 5.0  # at 1000 px of diagonal: a hand-eye calibration is usually ne
 _ALIKE = 1.03  # times: of the shares of focal lengths that are wrong for one reason
 _LEAST_WRONG = 2  # instants
 _NEXT = 4  # views
+_APART_M = 5e-3
 
 
 def doubt_views(album: Album) -> str | None:
@@ -45,7 +47,7 @@ def doubt_views(album: Album) -> str | None:
     return views_note([pair for _, pair in matched])
 
 
-def farthest_off_px(capture: Capture) -> float:
+def farthest_off(capture: Capture) -> float:
     """Return how far features are from where another image predicts them, at 1000 px of diagonal.
 
     Of each view of a static scene and the next ones half of the features are nearer to their
@@ -54,8 +56,15 @@ def farthest_off_px(capture: Capture) -> float:
     album = Album(capture)
     views = album.views()
     beside = [(one, other) for at, one in enumerate(views) for other in views[at + 1 : at + _NEXT]]
-    matched = (album.match(*two) for two in beside)
+    apart = (two for two in beside if _are_apart(*two))
+    matched = (album.match(*two) for two in apart)
     return max((usual_off([pair]) for pair in matched if pair is not None), default=0.0)
+
+
+def _are_apart(one: PosedView, other: PosedView) -> bool:
+    """Return whether two views are at different places, so that they have epipolar lines."""
+    shift = np.subtract(one.world_from_lens.translation, other.world_from_lens.translation)
+    return exact.norm(shift) > _APART_M
 
 
 def _doubt_moving(album: Album, views: Sequence[PosedView]) -> str | None:

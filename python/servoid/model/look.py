@@ -93,7 +93,9 @@ def fit_capture(
     wrong = _contradiction(capture, request)
     marked = mark(capture, targets, observations, trusted=request.trust_targets)
     notes = list(marked.notes)
-    doubts = [*marked.doubts, *center_notes([*marked.views, *marked.others])]
+    doubts = list(marked.doubts)
+    if request.trust_calibration:  # otherwise these were among what was compared
+        doubts += center_notes([*marked.views, *marked.others])
     if not capture.metric:
         notes.append(NO_METRES)
     known = list(marked.views)
@@ -276,7 +278,8 @@ def fit_capture_by_paper(
     notes = [*marked.notes, *(() if capture.metric else (NO_METRES,))]
     contradiction = contradicting_views(used)
     apart = contradiction and contradiction.words
-    doubts = [wrong, *marked.doubts, *center_notes(used), swapped, apart, scale]
+    centers = center_notes(used) if request.trust_calibration else []
+    doubts = [wrong, *marked.doubts, *centers, swapped, apart, scale]
     return _noted(result, targets, notes, doubts, is_metric=capture.metric)
 
 

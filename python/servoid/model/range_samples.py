@@ -132,11 +132,14 @@ def range_samples_of_cloud(
 
     """
     places = _rows("points", points)
-    finite = np.isfinite(places).all(axis=1)
+    finite: NDArray[np.bool_] = np.asarray(np.isfinite(places).all(axis=1))
     if len(places) and not finite.any():
         raise MeshError(f"none of the {len(places)} points is finite; give points in metres")
     if viewpoint is not None:
         [eye] = _rows("the view point", [viewpoint])
+        if not np.isfinite(eye).all():
+            raise MeshError("the view point is not finite; give X, Y and Z in metres")
+        finite &= exact.lengths(np.where(finite[:, None], places - eye, 0.0)) > 0.0
         return join_range_samples([RangeSamples(places[finite], places[finite] - eye)])
     if normals is None:
         raise MeshError(
@@ -147,7 +150,10 @@ def range_samples_of_cloud(
     if outward.shape != places.shape:
         points = counted(len(places), "point has", "points have")
         raise MeshError(f"{points} {counted(len(outward), 'normal')}; give one for each")
-    known = finite & (exact.lengths(outward) > 0.0)
+    known: NDArray[np.bool_] = finite & np.asarray(np.isfinite(outward).all(axis=1))
+    known &= exact.lengths(np.where(known[:, None], outward, 0.0)) > 0.0
+    if len(places) and not known.any():
+        raise MeshError("no point has a normal; give the view point, or a cloud with normals")
     return join_range_samples([RangeSamples(places[known], -_HAIR * outward[known])])
 
 

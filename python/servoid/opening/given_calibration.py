@@ -98,7 +98,7 @@ class GivenCalibration:
 
     @property
     def is_measured(self) -> bool:
-        """Return whether somebody measured the calibration that results."""
+        """Return whether the poses of the cameras on their rig are not made up from a baseline."""
         return self.baseline_m is None
 
     @property

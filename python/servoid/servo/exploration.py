@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from servoid import model
 from servoid._native import Body
-from servoid.capture import Capture, doubt_for_model, farthest_off_px, open_capture
+from servoid.capture import Capture, doubt_for_model, farthest_off, is_refuted, open_capture
 from servoid.errors import ServoError
 from servoid.model import ModelResult
 from servoid.pose import Pose
@@ -26,7 +26,7 @@ from servoid.words import counted, joined, were
 Masks = tuple[NDArray[np.uint8] | None, ...]
 ExplorationCallback = Callable[[str, float, Instant | None, Command | None], None]
 
-_OFF_PX = 10.0  # at 1000 px of diagonal: a hand-eye calibration that is off by 1.5 degrees
+_OFF = 10.0  # at 1000 px of diagonal: a hand-eye calibration that is off by 1.5 degrees
 _PATIENCE = 2000  # control periods within which an image must arrive
 
 
@@ -130,7 +130,7 @@ def _doubt(capture: Capture) -> str | None:
 
     """
     doubt = doubt_for_model(capture)
-    if doubt is not None and farthest_off_px(capture) > _OFF_PX:
+    if doubt is not None and (is_refuted(capture) or farthest_off(capture) > _OFF):
         raise ServoError(
             f"{doubt}. The hand would be led beside the object, so there is no servoing; "
             f"{capture.path.parent} holds the images. To servo nevertheless: --trust-calibration, "

@@ -36,6 +36,11 @@ from servoid.track.result import Tracked, TrackResult
 from servoid.track.starting import Followed, begin, doubtful
 from servoid.words import counted
 
+_MOVES = (
+    "; if most of what the cameras see moves instead, as around a vehicle: --trust-poses, or "
+    "trust_poses in Python"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class TrackStep:
@@ -192,9 +197,10 @@ def doubt_capture(
     found = examine_rig_poses(capture, may_move, among=among)
     if found is None:
         return [replace(one, rig_doubt=together) for one in results]
-    is_trusted = request is not None and request.trust_poses
-    told = (one.unconfirmed() for one in results) if found.is_sure and not is_trusted else results
-    return [replace(one, rig_doubt=found.words) for one in told]
+    if not found.is_sure or (request is not None and request.trust_poses):
+        return [replace(one, rig_doubt=found.words) for one in results]
+    words = f"{found.words}{_MOVES}"
+    return [replace(one.unconfirmed(), rig_doubt=words) for one in results]
 
 
 @dataclass(frozen=True, eq=False)

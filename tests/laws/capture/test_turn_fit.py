@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from rooms_to_scan import FOCAL_PX, SIZE_PX, write_pair
+from true_captures import with_focal_share
 
 from servoid._native import Camera
 from servoid.camera import pinhole_lens
@@ -97,16 +98,16 @@ def turned(degrees: float) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("is_measured", [True, False])
-@pytest.mark.parametrize("degrees", [0.0, 0.8, -1.2])
+@pytest.mark.parametrize("degrees", [0.0, 0.4, 0.8, -1.2, 3.0, -6.0])
 def test_a_pair_whose_calibration_is_stale_is_refuted_and_the_angle_told(
     degrees: float, is_measured: bool, tmp_path: Path
 ) -> None:
     capture = write_pair(tmp_path, turned(degrees), turned(0.0))
     capture = replace(capture, measured=is_measured)
-    assert is_refuted(capture) == (degrees != 0.0)
+    assert is_refuted(capture) == (abs(degrees) > 0.5)
     for doubt in (doubt_calibration(capture), doubt_for_model(capture)):
         assert (doubt is None) == (degrees == 0.0)
-        assert doubt is None or f"by {abs(degrees)} degrees" in doubt
+        assert doubt is None or f"turned by {abs(degrees)} degrees" in doubt
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0, 0.0), (0.0, 0.0, -0.1)])
@@ -115,3 +116,17 @@ def test_cameras_at_one_place_or_one_behind_the_other_show_no_turn(
 ) -> None:
     told = Pose.from_parts(shift, (1.0, 0.0, 0.0, 0.0))
     assert TurnFit.of([matched(told, told, 0.1, 0)]) is None
+
+
+def test_of_cameras_that_look_towards_each_other_a_wrong_focal_length_is_no_turn(
+    tmp_path: Path,
+) -> None:
+    capture = write_pair(tmp_path, turned(-5.0))
+    wrong = replace(
+        capture,
+        cameras=tuple(
+            replace(one, lens=with_focal_share(one.lens, 0.9)) for one in capture.cameras
+        ),
+    )
+    assert "fit a focal length" in str(doubt_calibration(wrong))
+    assert not is_refuted(wrong)

@@ -108,6 +108,21 @@ def test_points_without_a_place_are_left_out_of_a_cloud(has_normals: bool) -> No
         range_samples_of_cloud(np.full((5, 3), np.nan), np.ones((5, 3)), eye)
 
 
+@pytest.mark.parametrize(
+    ("normals", "eye", "words"),
+    [
+        (np.full((5, 3), np.nan), None, "no point has a normal"),
+        (np.zeros((5, 3)), None, "no point has a normal"),
+        (None, (0.0, np.nan, 1.0), "the view point is not finite"),
+    ],
+)
+def test_clouds_without_a_side_are_refused(
+    normals: NDArray[np.float64] | None, eye: object, words: str
+) -> None:
+    with pytest.raises(MeshError, match=words):
+        fit(np.ones((5, 3)), normals=normals, eye=eye)
+
+
 def test_a_cloud_that_was_seen_from_one_side_ends_at_its_outline(half: ModelResult) -> None:
     samples = range_samples_of_cloud(one_side(), None, EYE)
     free = fit_range_samples(samples, Request(max_ellipsoids=4, delta=0.0, silhouette_weight=0.0))

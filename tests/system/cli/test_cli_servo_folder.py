@@ -33,13 +33,14 @@ def test_a_folder_into_which_another_run_writes_is_refused_and_unchanged(
         pass
 
 
-@pytest.mark.parametrize("name", ["body.json", "log.csv", "report.html"])
+@pytest.mark.parametrize("name", ["body.json", "log.csv", "model/summary.json"])
 def test_files_that_no_run_wrote_are_not_replaced(
     name: str, servoid_command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("small.toml").write_text(trial_toml(small_settings()))
-    Path("mine").mkdir()
+    Path("mine/model").mkdir(parents=True)
+    Path("mine/target.png").write_text("of a target that was ambiguous")
     Path("mine", name).write_text("of a person")
     before = everything_in(tmp_path)
     outcome = servoid_command("servo", "--config", "small.toml", "--out", "mine")

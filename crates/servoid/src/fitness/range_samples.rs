@@ -181,7 +181,7 @@ fn end_slopes(sample: &RangeSample, ball: &Ball, at: f64) -> Numbers {
     let unit = ball.unit(&(sample.point + sample.direction * at - ball.center));
     let normal = ball.pull_back(&unit);
     let steep = normal.dot(&sample.direction);
-    // Not `norm`, whose root is an instruction of another set, for which processors wait long.
+    // `norm` takes its root with a legacy instruction, and processors stall where sets are mixed.
     let least = GRAZING * normal.norm_squared().sqrt();
     let steep = if steep < 0.0 { steep.min(-least) } else { steep.max(least) };
     let mut slopes = [0.0; 12];

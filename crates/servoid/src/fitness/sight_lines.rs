@@ -165,7 +165,7 @@ fn dots(some: &Vectors, others: &Vectors) -> Eight {
 }
 
 /// What is done with lines of sight; `visit` must always be inlined, so that it is compiled with the
-/// instructions of a backend. A closure may not be.
+/// instructions of a backend. A closure is not always inlined.
 pub(super) trait LineVisitor {
     fn visit(&mut self, line: usize, sorted: &[Interval]);
 }

@@ -45,12 +45,13 @@ def check_own(folder: Path) -> None:
     """
     if any((folder / name).is_file() for name in ("run.toml", f"{LOOKS}/capture.toml")):
         return
-    others = [name for name in RUN_FILES if (folder / name).exists()]
+    names = (name for name in (*RUN_FILES, *_INSIDE) if name != PICTURE)
+    others = [name for name in names if any(folder.glob(name))]
     if others:
         raise OutputError(
             f"cannot write the run into {folder}: it holds {joined(others)}, but no run.toml, so "
-            "that no run of servoid wrote it, and it would be replaced; move it, or name another "
-            "folder"
+            "that it is probably not of an earlier run, and would be replaced; move it, or name "
+            "another folder"
         )
 
 

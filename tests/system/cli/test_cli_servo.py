@@ -165,7 +165,8 @@ def test_the_settings_of_a_run_repeat_it_to_the_bit(ran: tuple[Path, Outcome]) -
     assert read_trial_settings(first / "run.toml") == small_settings(SHORT)
     options = ("--config", "new/run/run.toml", "--out", "again", "--no-video", "--mcap")
     (folder / "again").mkdir()
-    (folder / "again" / "servo.mp4").write_bytes(b"of an earlier run")
+    for name in ("run.toml", "servo.mp4"):
+        (folder / "again" / name).write_bytes(b"of an earlier run")
     again = servo_apart(folder, *options)
     assert again.code == 0, again.err
     assert not (folder / "again" / "servo.mp4").exists()

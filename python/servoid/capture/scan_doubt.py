@@ -19,7 +19,8 @@ class _Doubted(msgspec.Struct):
 
 def scan_doubt(capture: Capture) -> str | None:
     """Return a message if the scan that made a capture doubts its own poses, else None."""
-    if not capture.path.is_file():  # it is in memory, and beside nothing
+    pictures = (one for camera in capture.cameras for one in camera.pictures if one is not None)
+    if any(one.is_in_memory for one in pictures):  # it is beside nothing
         return None
     doubts = _pose_doubts(capture.path.parent / SCAN_FIGURES)
     if not doubts:

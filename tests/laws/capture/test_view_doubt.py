@@ -213,6 +213,12 @@ def test_a_model_of_a_capture_is_rough_then_unless_its_calibration_is_trusted(
     assert trusted.body == told.body
 
 
+def test_what_is_doubted_of_images_in_memory_is_said_once(hand: Capture) -> None:
+    alone = replace(hand, cameras=hand.cameras[:1], rate_hz=None)
+    doubts = fit_capture(with_center(alone, (60.0, 0.0)), Request(max_ellipsoids=1)).doubts
+    assert sum("far from the middle of its image" in doubt for doubt in doubts) == 1
+
+
 @pytest.mark.extended
 def test_a_batch_tells_it_as_well(hand: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     wrong = with_focal(hand, 0.9, 0.9)

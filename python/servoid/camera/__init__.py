@@ -29,6 +29,7 @@ from servoid.camera.principal_point import (
     square_note,
     wrong_size,
 )
+from servoid.camera.resection import resect
 from servoid.camera.smoothing import gaussian
 from servoid.camera.srgb import linear_light
 from servoid.camera.undistort import IdealCamera, Undistortion, needs_object, undistortion

@@ -6,25 +6,20 @@ those of B; its translation then follows from linear equations. What is found so
 features are where the motions of the rig predict them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from servoid._native import Pose
-from servoid.pose import Floats, exact
+from servoid.camera import resect
+from servoid.pose import Floats, exact, robust_fit
 
 Motion = tuple[Pose, Pose]
 """A motion of the rig, rig_from_rig_later, and what the camera saw: camera_from_camera_later."""
 
 _LEAST_MOTIONS = 3
 _LEAST_SPREAD = 0.02  # rad: of rotation vectors, across the axis about which they turn most
-_LEAST_AHEAD = 6  # features
-_TRIES = 300
-_STEP = 1e-6  # radians, metres, or of the logarithm of a scale
-_STEPS = 12
-_MOST_STEP = 0.3
-_CONVERGED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,13 +35,13 @@ class Predicted:
     rays: Floats
 
     def off(self, rig_from_camera: Pose, scale: float) -> Floats:
-        """Return how far features are off, as a vector each, (3 N,), in radians."""
+        """Return how far features are off, as a vector each, (N, 3), in radians."""
         shift = scale * np.array(self.rig_from_later.translation)
         motion = Pose.from_parts(shift, self.rig_from_later.quaternion)
         moved = (rig_from_camera.inverse() @ motion.inverse() @ rig_from_camera).transform(
             self.points
         )
-        return (np.cross(moved, self.rays) / exact.lengths(moved)[:, None]).ravel()
+        return np.cross(moved, self.rays) / exact.lengths(moved)[:, None]
 
 
 def seen_motion(points: Floats, rays: Floats, error: float) -> Pose | None:
@@ -55,26 +50,8 @@ def seen_motion(points: Floats, rays: Floats, error: float) -> Pose | None:
     `points` (N, 3) are places in its first frame, `rays` (N, 3) unit vectors to them from its later
     one; `error` is how far a ray may be off, in radians.
     """
-    import cv2
-
-    is_ahead = rays[:, 2] > 0.0
-    if is_ahead.sum() < _LEAST_AHEAD:
-        return None
-    flat = rays[is_ahead, :2] / rays[is_ahead, 2:]
-    found, turn, shift, rows = cv2.solvePnPRansac(
-        points[is_ahead],
-        flat,
-        np.eye(3),
-        None,
-        iterationsCount=_TRIES,
-        reprojectionError=error,
-        flags=cv2.SOLVEPNP_SQPNP,
-    )
-    if not found or rows is None or 2 * len(rows) < len(points):
-        return None
-    if not (np.isfinite(turn).all() and np.isfinite(shift).all()):
-        return None
-    return Pose.from_rvec_tvec(turn.ravel(), shift.ravel()).inverse()
+    found = resect(points, rays, error)
+    return None if found is None or 2 * len(found[1]) < len(points) else found[0].inverse()
 
 
 def fitted_mount(motions: Sequence[Motion]) -> Pose | None:
@@ -114,7 +91,8 @@ def refined_mount(seen: Sequence[Predicted], start: Pose, error: float) -> Pose:
     def off(numbers: Floats) -> Floats:
         return np.concatenate([one.off(start @ Pose.exp(numbers), 1.0) for one in seen])
 
-    return start @ Pose.exp(_refined(off, 6, error))
+    fit = robust_fit(off, 6, error)
+    return start if fit is None else start @ Pose.exp(fit.numbers)
 
 
 def refined_scale(
@@ -126,32 +104,8 @@ def refined_scale(
         scale = start * exact.exp(float(numbers[0]))
         return np.concatenate([one.off(rig_from_camera, scale) for one in seen])
 
-    return start * exact.exp(float(_refined(off, 1, error)[0]))
-
-
-def _refined(off: Callable[[Floats], Floats], count: int, error: float) -> Floats:
-    """Return the numbers, (count,), near 0 with which most is least off, by Gauss-Newton steps."""
-    numbers = np.zeros(count)
-    for _ in range(_STEPS):
-        steps = _STEP * np.eye(count)
-        rest = off(numbers)
-        slopes = np.stack(
-            [(off(numbers + one) - off(numbers - one)) / (2.0 * _STEP) for one in steps]
-        )
-        square = np.square(rest.reshape(-1, 3) / error).sum(axis=1)
-        weights = np.repeat(1.0 / (1.0 + square), 3)
-        matrix = exact.product(slopes * weights, slopes.T.copy())
-        try:
-            step = exact.solve(matrix, -exact.product(slopes, weights * rest))
-        except ValueError:  # what was seen leaves a number open
-            break
-        size = float(np.abs(step).max())
-        if not np.isfinite(size):
-            break
-        numbers = numbers + step * min(1.0, _MOST_STEP / max(size, _CONVERGED))
-        if size < _CONVERGED:
-            break
-    return numbers
+    fit = robust_fit(off, 1, error)
+    return start if fit is None else start * exact.exp(float(fit.numbers[0]))
 
 
 def fitted_scale(motions: Sequence[Motion], rig_from_camera: Pose) -> float | None:

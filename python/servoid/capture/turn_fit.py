@@ -13,15 +13,12 @@ import numpy as np
 
 from servoid._native import Pose
 from servoid.capture.matched_features import MatchedFeatures, unit_px, unit_rays
-from servoid.pose import Floats, exact
+from servoid.pose import Floats, RobustFit, exact, robust_fit
 
 # The numbers that are fitted: the turn, the direction of the baseline, the lenses' distortion.
 _COUNT = 6
 _MOUNT, _BENT = (0, 1, 2, 3, 4), (0, 1, 2, 5)
-_STEP = 1e-5
-_STEPS = 8
-_CONVERGED = 1e-6
-_MOST = 1.0
+_MOST = 1.0  # of any of them
 _INLIER_PX = 0.5  # at 1000 px of diagonal: nearer features count most
 _NOISE_PX = 0.1  # at 1000 px of diagonal: at least, of matched features
 _AHEAD = 0.2  # cosine: what is farther from the optical axis is not used
@@ -80,13 +77,16 @@ class TurnFit:
         mount, bent = (rays.fitted(free, unit) for free in (_MOUNT, _BENT))
         if mount is None or bent is None:
             return None
-        off, given = (np.median(np.abs(rays.off_px(at))) for at in (mount[0], np.zeros(_COUNT)))
+        off, given = (
+            np.median(np.abs(rays.off_px(_placed(numbers, _MOUNT))))
+            for numbers in (mount.numbers, np.zeros(len(_MOUNT)))
+        )
         noise = max(1.48 * float(off), _NOISE_PX * unit)
-        variance = exact.dot(axis, exact.product(mount[1][:3, :3].copy(), axis))
+        variance = exact.dot(axis, exact.product(mount.inverse[:3, :3].copy(), axis))
         return cls(
-            angle=exact.dot(axis, mount[0][:3]),
+            angle=exact.dot(axis, mount.numbers[:3]),
             sigma=noise * float(np.sqrt(max(variance, 0.0))),
-            bent_angle=exact.dot(axis, bent[0][:3]),
+            bent_angle=exact.dot(axis, bent.numbers[:3]),
             given_px=float(given),
             best_px=float(off),
             count=len(one),
@@ -145,27 +145,14 @@ class _Rays:
     second_from_first: Pose
     focal_px: float
 
-    def fitted(self, free: Sequence[int], unit: float) -> tuple[Floats, Floats] | None:
-        """Return the numbers, (6,), of which some are free, and the inverse of their curvature.
+    def fitted(self, free: Sequence[int], unit: float) -> RobustFit | None:
+        """Return the best of the numbers that are free; None if features leave one open."""
 
-        Gauss-Newton steps with Cauchy weights; None if they do not end.
-        """
-        numbers, chosen = np.zeros(_COUNT), np.eye(_COUNT)[list(free)]
-        matrix = np.eye(len(free))
-        try:
-            for _ in range(_STEPS):
-                off, slopes = self.off_px(numbers), self._slopes(numbers, chosen)
-                weights = 1.0 / (1.0 + np.square(off / (_INLIER_PX * unit)))
-                matrix = exact.product((slopes * weights[:, None]).T.copy(), slopes)
-                step = exact.solve(matrix, -exact.product(slopes.T.copy(), weights * off))
-                numbers = numbers + exact.product(step, chosen)
-                if not np.abs(numbers).max() < _MOST:
-                    return None
-                if np.abs(step).max() < _CONVERGED:
-                    break
-            return numbers, exact.solve(matrix, np.eye(len(free)))
-        except ValueError:  # features leave a number open
-            return None
+        def off(numbers: Floats) -> Floats:
+            return self.off_px(_placed(numbers, free))[:, None]
+
+        fit = robust_fit(off, len(free), _INLIER_PX * unit)
+        return fit if fit is not None and np.abs(fit.numbers).max() < _MOST else None
 
     def off_px(self, numbers: Floats) -> Floats:
         """Return the distances of features to their epipolar lines, with their sign."""
@@ -189,13 +176,12 @@ class _Rays:
         normal -= np.square(product) + np.square((back * one).sum(axis=1))
         return self.focal_px * product / np.sqrt(normal)
 
-    def _slopes(self, numbers: Floats, chosen: Floats) -> Floats:
-        """Return the derivatives of `off_px` by the chosen numbers, (N, C)."""
-        sides = [
-            (self.off_px(numbers + _STEP * one), self.off_px(numbers - _STEP * one))
-            for one in chosen
-        ]
-        return np.stack([(more - less) / (2.0 * _STEP) for more, less in sides], axis=1)
+
+def _placed(numbers: Floats, free: Sequence[int]) -> Floats:
+    """Return all the numbers, (6,), of which some are free, and the others 0."""
+    every = np.zeros(_COUNT)
+    every[list(free)] = numbers
+    return every
 
 
 def _is_toed(second_from_first: Pose) -> bool:

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from servoid._native import Lens, Pose
 from servoid.brief import brief
+from servoid.camera import resect
 from servoid.errors import ScanError
-from servoid.pose import Floats
+from servoid.pose import Floats, robust_fit
 from servoid.scan.footage import Footage
 from servoid.scan.matching import Matched, match_pairs
 from servoid.scan.metres.scale import Scale
@@ -22,8 +22,7 @@ _LEAST_POINTS = 40
 _SAME_PX = 0.01  # features of one image, detected twice
 _OFF_PX = 4.0  # at 1000 px of diagonal: matches with larger errors are wrong
 _LOOSE_PX = 0.5  # a match with a larger error counts less than by its square
-_TRIES = 1000
-_ROUNDS, _SMALL = 15, 1e-6
+_SMALL = 1e-6
 _MAD_TO_STD = 1.4826
 _ROUGH = 0.05  # relative deviation of a scale that is useless
 
@@ -58,7 +57,8 @@ def scale_of_partner(
     matched = _match(names, partner, staged, scratch, threads)
     points, pixels = _seen_by_both(solution, names, matched)
     lens = solution.lens
-    first = None if len(points) < _LEAST_POINTS else _rough(points, pixels, lens)
+    error = _OFF_PX / 1000.0 * float(np.hypot(*lens.size_px)) / lens.focal_px[0]
+    first = resect(points, lens.rays(pixels), error) if len(points) >= _LEAST_POINTS else None
     if first is None or len(first[1]) < _LEAST_POINTS:
         raise ScanError(
             f"the second camera sees too little of what the first sees, in {len(names)} images: "
@@ -68,9 +68,9 @@ def scale_of_partner(
     start, rows = first
     apart, deviation = _refined(start, points[rows], pixels[rows], lens)
     if not deviation < _ROUGH:
+        how = f"to {100.0 * deviation:.0f} % only" if np.isfinite(deviation) else "not at all"
         raise ScanError(
-            "both cameras determine the scale to "
-            f"{100.0 * deviation:.0f} % only: the scene is too far for their distance of "
+            f"both cameras determine the scale {how}: the scene is too far for their distance of "
             f"{partner.metres:g} m; give --length or --board"
         )
     words = f"by a stereo pair in {len(names)} images"
@@ -121,27 +121,6 @@ def _seen_by_both(
     return np.concatenate(points), np.concatenate(pixels)
 
 
-def _rough(points: Floats, pixels: Floats, lens: Lens) -> tuple[Pose, NDArray[np.int64]] | None:
-    """Return the first camera's pose in the second's frame, and the points that agree with it."""
-    import cv2
-
-    rays = lens.rays(pixels)
-    flat = rays[:, :2] / rays[:, 2:]
-    limit = _OFF_PX / 1000.0 * float(np.hypot(*lens.size_px)) / lens.focal_px[0]
-    found, turn, shift, rows = cv2.solvePnPRansac(
-        points,
-        flat,
-        np.eye(3),
-        None,
-        iterationsCount=_TRIES,
-        reprojectionError=limit,
-        flags=cv2.SOLVEPNP_SQPNP,
-    )
-    if not found or rows is None:
-        return None
-    return Pose.from_rvec_tvec(turn.ravel(), shift.ravel()), rows.ravel().astype(np.int64)
-
-
 def _refined(start: Pose, points: Floats, pixels: Floats, lens: Lens) -> tuple[float, float]:
     """Return the cameras' distance in the scan's unit, and its relative deviation.
 
@@ -160,17 +139,10 @@ def _refined(start: Pose, points: Floats, pixels: Floats, lens: Lens) -> tuple[f
     def apart(step: Floats) -> float:
         return float(np.linalg.norm(pose(step).inverse().translation))
 
-    step = np.zeros(7)
-    normal = np.eye(len(step))
-    for _ in range(_ROUNDS):
-        residual = off(step)
-        weights = 1.0 / (1.0 + (residual**2).sum(axis=1) / _LOOSE_PX**2)
-        slopes = np.stack(
-            [(off(step + _SMALL * way) - residual) / _SMALL for way in np.eye(len(step))], axis=-1
-        )
-        normal = np.einsum("n,nik,nil->kl", weights, slopes, slopes)
-        step = step - np.linalg.pinv(normal) @ np.einsum("n,nik,ni->k", weights, slopes, residual)
-    units = apart(step)
-    way = np.array([(apart(step + _SMALL * one) - units) / _SMALL for one in np.eye(len(step))])
-    spread_px = _MAD_TO_STD * float(np.median(np.abs(off(step))))
-    return units, spread_px * float(np.sqrt(way @ np.linalg.pinv(normal) @ way)) / units
+    fit = robust_fit(off, 7, _LOOSE_PX)
+    if fit is None:
+        return 1.0, np.inf
+    units = apart(fit.numbers)
+    way = np.array([apart(fit.numbers + _SMALL * one) - units for one in np.eye(7)]) / _SMALL
+    spread_px = _MAD_TO_STD * float(np.median(np.abs(off(fit.numbers))))
+    return units, spread_px * float(np.sqrt(way @ fit.inverse @ way)) / units

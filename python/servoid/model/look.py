@@ -30,6 +30,7 @@ from servoid.model.misfit import (
     is_off_scale,
     scale_note,
     swapped_note,
+    target_misfit_note,
 )
 from servoid.model.missing_depth import missing_depth
 from servoid.model.one_view import fit_one_view
@@ -156,8 +157,18 @@ def fit_capture(
         OFF_SCALE: capture.metric and len(samples) > 0 and is_off_scale(*place, baseline_m),
     }
     wrong_by = next((reason for reason, holds in reasons.items() if holds), None)
-    noted = _noted(result, targets, notes, [wrong, *doubts, scale], is_metric=capture.metric)
+    is_checked = marked.from_targets and not request.trust_targets
+    misfit = _target_misfit(marked, result) if is_checked else None
+    noted = _noted(
+        result, targets, notes, [wrong, *doubts, misfit, scale], is_metric=capture.metric
+    )
     return replace(noted, wrong_by=wrong_by)
+
+
+def _target_misfit(marked: Marked, result: ModelResult) -> str | None:
+    views = (*result.used_views, *result.unused_views)
+    ious = np.concatenate([result.iou_used, result.iou_unused])
+    return target_misfit_note([v.name for v in views], ious, {v.name for v in marked.views})
 
 
 def _contradiction(capture: Capture, request: Request) -> str | None:

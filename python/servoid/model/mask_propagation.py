@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from servoid._native import Body, ModelInput, ModelSettings, View, fit_body, initial_body
 from servoid.capture import CaptureView
-from servoid.errors import TargetError
+from servoid.errors import ModelError, TargetError
 from servoid.model.depth_gating import gate_by_depth
 from servoid.model.range_samples import RangeSamples
 from servoid.model.running import in_parallel
@@ -55,17 +55,22 @@ def propagate_masks(
     report(0.1)
     natives = [view.view() for view in marked]
     compared = _in_one_kind([*(view.image() for view in marked), *images])
-    body = initial_body(
-        natives,
-        compared[: len(marked)],
-        [
-            (view.camera, view.world_from_camera, image)
-            for view, image in zip(others, compared[len(marked) :], strict=True)
-        ],
-        ModelSettings(max_ellipsoids=_ROUGH_ELLIPSOIDS, delta=0.0, seed=seed, threads=threads),
-        points=samples.points,
-        directions=samples.directions,
-    )
+    try:
+        body = initial_body(
+            natives,
+            compared[: len(marked)],
+            [
+                (view.camera, view.world_from_camera, image)
+                for view, image in zip(others, compared[len(marked) :], strict=True)
+            ],
+            ModelSettings(max_ellipsoids=_ROUGH_ELLIPSOIDS, delta=0.0, seed=seed, threads=threads),
+            points=samples.points,
+            directions=samples.directions,
+        )
+    except ModelError as error:
+        if len(marked) > 1 or len(samples):
+            raise
+        raise ModelError(_not_seen(marked[0], others, str(error))) from error
     pictures = _pictures(body, marked, others, images, samples)
     found: list[CaptureView] = []
     rounds = len(_INSIDE)
@@ -81,6 +86,15 @@ def propagate_masks(
             views = [*natives, *(view.view() for view in found)]
             body = _body(views, samples, _ELLIPSOIDS, seed, threads)
     return found
+
+
+def _not_seen(marked: CaptureView, others: Sequence[CaptureView], error: str) -> str:
+    where = others[0].name if len(others) == 1 else f"the {len(others)} other views"
+    return (
+        f"the object that is marked in {marked.name} was not found in {where}, and may be outside "
+        "of the image there: mark an object that several cameras see, or mark it in another view "
+        f"as well; or else, {error}"
+    )
 
 
 def _in_one_kind(images: Sequence[NDArray[np.uint8]]) -> list[NDArray[np.uint8]]:

@@ -13,7 +13,13 @@ from servoid.camera import Camera, Lens, read_mask, undistortion
 from servoid.capture import View, open_capture
 from servoid.errors import CameraError, DoubtError, MaskError, MeshError, ModelError
 from servoid.model import Request, fit, fit_capture, fit_mesh
-from servoid.model.misfit import are_all_around, misfit_notes, scale_note, swapped_note
+from servoid.model.misfit import (
+    are_all_around,
+    misfit_notes,
+    scale_note,
+    swapped_note,
+    target_misfit_note,
+)
 from servoid.pose import Pose
 from servoid.segment import BoxTarget, find_object, find_with_doubts, finding
 from servoid.shape import Body
@@ -316,3 +322,17 @@ def test_photographs_with_a_rate_are_told_that_one_instant_of_a_recording_is_use
     assert "with --observations 0:8, or remove rate_hz from capture.toml" in told
     made = fit_capture(capture, Request(max_ellipsoids=1), observations=slice(0, 8))
     assert len(made.used_views) == 8
+
+
+def test_a_target_that_marks_less_than_the_other_views_show_is_told() -> None:
+    names = [f"eye/{index}" for index in range(7)]
+    # A box that cuts off a sixth of a skull, one around all of it, and views that all are rough.
+    cut = np.array([0.81, 0.97, 0.96, 0.93, 0.95, 0.88, 0.95])
+    note = target_misfit_note(names, cut, {"eye/0"})
+    assert note is not None and "what the target marks in eye/0 is not all" in note
+    assert "by 0.81 (intersection over union), and those of the others by 0.95" in note
+    assert target_misfit_note(names, np.array([0.88, *cut[1:]]), {"eye/0"}) is None
+    assert target_misfit_note(names, np.array([0.75, *(cut[1:] - 0.2)]), {"eye/0"}) is None
+    assert target_misfit_note(names, cut, set(names)) is None
+    assert target_misfit_note(names[:5], cut[:5], {"eye/0"}) is None
+    assert target_misfit_note(names, cut, {"eye/0", "eye/1"}) == note

@@ -17,7 +17,7 @@ from servoid.batch.running import ProgressCallback
 from servoid.errors import StudyError
 from servoid.exchange import is_capture, open_any
 from servoid.model import Request, fit_capture, fit_capture_by_paper
-from servoid.output import check_folder, write_whole
+from servoid.output import check_folder, claimed, make_folder, write_whole
 from servoid.segment import parse_target
 from servoid.track import learn_appearance
 
@@ -143,8 +143,8 @@ def model_folder(
     earlier body of it stays. Hidden folders, whose names begin with a dot, are left out.
 
     Raises:
-        StudyError: the folder does not exist, or contains no capture.
-        OutputError: `out` cannot be written.
+        StudyError: the folder does not exist, contains no capture, or one whose name is not UTF-8.
+        OutputError: `out` cannot be written, or another run is writing into it.
 
     """
     place = Path(folder)
@@ -157,18 +157,33 @@ def model_folder(
             f"no folder in {place} is a capture; to model a single capture, leave --each out"
         )
     check_folder(Path(out))
+    for path in captures:
+        _check_name(path)
     cases = [
         msgspec.structs.replace(case, capture=str(path.resolve()), content=_content(path))
         for path in captures
     ]
-    trials = run_batch([Work(CAPTURES, cases)], out, workers, watch)[CAPTURES.name]
-    for path, done in zip(captures, trials, strict=True):
-        if done.row is not None:
-            write_whole(Path(out) / f"{path.name}.json", done.row.body.encode())
+    make_folder(Path(out))
+    with claimed(Path(out)):
+        trials = run_batch([Work(CAPTURES, cases)], out, workers, watch)[CAPTURES.name]
+        for path, done in zip(captures, trials, strict=True):
+            if done.row is not None:
+                write_whole(Path(out) / f"{path.name}.json", done.row.body.encode())
     return ModelledFolder(
         dict(zip((path.name for path in captures), trials, strict=True)),
         tuple(path.name for path in inside if path not in captures),
     )
+
+
+def _check_name(folder: Path) -> None:
+    try:
+        str(folder.resolve()).encode()
+    except UnicodeEncodeError as error:
+        name = str(folder).encode(errors="replace").decode()
+        raise StudyError(
+            f"the name of the capture {name} is not UTF-8, and cannot be stored in a table; rename "
+            "the folder"
+        ) from error
 
 
 def folders_in(folder: Path) -> list[Path]:

@@ -78,9 +78,25 @@ def _entry(future: "Future[bytes]", task: Task, address: str) -> bytes:
     return failed(task.case, f"the cluster gave it up: {error}")
 
 
+def _check_address(address: str) -> None:
+    """Check an address before a client is made, which leaves a traceback behind if it is wrong."""
+    from distributed.comm.addressing import parse_address, parse_host_port
+
+    try:
+        kind, place = parse_address(address)
+        if kind in ("tcp", "tls"):
+            parse_host_port(place)
+    except ValueError as error:
+        raise StudyError(
+            f"'{address}' is no address of a Dask scheduler ({_line(error)}); name the one that "
+            "'dask scheduler' prints, such as tcp://127.0.0.1:8786"
+        ) from error
+
+
 def _connected(address: str) -> "Client":
     from distributed import Client
 
+    _check_address(address)
     try:
         return Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:

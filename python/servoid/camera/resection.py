@@ -34,4 +34,5 @@ def resect(points: Floats, rays: Floats, error: float) -> tuple[Pose, NDArray[np
     is_finite = bool(np.isfinite(turn).all() and np.isfinite(shift).all()) if found else False
     if not is_finite or rows is None:
         return None
-    return Pose.from_rvec_tvec(turn.ravel(), shift.ravel()), ahead[rows.ravel()]
+    agreeing = ahead[rows.ravel().astype(np.int64)]
+    return Pose.from_rvec_tvec(turn.ravel(), shift.ravel()), agreeing

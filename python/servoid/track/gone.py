@@ -25,7 +25,7 @@ def gone_note(
     if not 0 < len(gone) < cameras:
         return None
     parts = [
-        f"{camera_called(name)} gave nothing from {times_s[first]:.2f} s on, in the last "
+        f"{camera_called(name)} gave no new image from {times_s[first]:.2f} s on, in the last "
         f"{len(notices) - first} of {counted(len(notices), 'observation')}"
         for name, first in gone
     ]

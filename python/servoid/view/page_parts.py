@@ -29,7 +29,8 @@ def fill(template: str, parts: Mapping[str, str]) -> bytes:
 def fill_text(text: str, parts: Mapping[str, str]) -> bytes:
     """Return the page of a template in another folder, as `fill` does."""
     text = _with_head(text)
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], text).encode()
+    page = re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], text)
+    return page.encode(errors="replace")  # names of files need not be UTF-8
 
 
 def _with_head(text: str) -> str:

@@ -124,5 +124,6 @@ def test_a_scheduler_that_does_not_answer_is_told(
     monkeypatch.setattr("servoid.batch.cluster._CONNECT_S", 0.5)
     with pytest.raises(StudyError, match=r"no Dask scheduler at tcp://127\.0\.0\.1:9"):
         run_batch([Work(DRAW, [Case(0)])], tmp_path, workers_for(None, "tcp://127.0.0.1:9"))
-    with pytest.raises(StudyError, match="there is no Dask scheduler at nowhere"):
-        run_batch([Work(DRAW, [Case(0)])], tmp_path, workers_for(None, "nowhere"))
+    for address in ("nowhere", "127.0.0.1", "tcp://"):
+        with pytest.raises(StudyError, match=r"is no address of .* such as tcp://"):
+            run_batch([Work(DRAW, [Case(0)])], tmp_path, workers_for(None, address))

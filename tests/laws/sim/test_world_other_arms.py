@@ -157,6 +157,23 @@ def test_an_arm_of_six_joints_starts_with_its_hand_where_it_is_told(tmp_path: Pa
         make_world(name=path, mount="flange", world_from_hand=(1, 0, 0, 0, 3, 0, 0))
 
 
+def test_why_an_arm_cannot_start_is_told(tmp_path: Path) -> None:
+    wanted = (0.5, -0.5, -0.5, 0.5, -0.4, 0.05, 0.45)
+    two = written(tmp_path, "two.urdf", URDF)
+    with pytest.raises(SimError, match="it has 2 joints, and to take any pose an arm needs 6"):
+        make_world(name=two, mount="wrist", world_from_hand=wanted)
+    in_radians = re.sub(
+        r'range="-(\d+) (\d+)"',
+        lambda found: 'range="-{0} {0}"'.format(np.radians(float(found[1]))),
+        MJCF.replace('name="j4"', 'name="j4" range="-3 3"').replace(
+            'name="j6"', 'name="j6" range="-3 3"'
+        ),
+    )
+    small = written(tmp_path, "small.xml", in_radians)
+    with pytest.raises(SimError, match=r"turn by at most 2\.967 degrees.*<compiler angle"):
+        make_world(name=small, mount="flange", world_from_hand=wanted)
+
+
 def test_an_arm_of_an_urdf_file_can_be_driven(tmp_path: Path) -> None:
     world = make_world(name=written(tmp_path, "two.urdf", URDF), mount="wrist", start=(0.3, -0.2))
     assert world.arm.joints.names[:2] == ("lift", "turn")

@@ -17,8 +17,8 @@ def noticed(notice: str, first: int, last: int = 60) -> list[tuple[str, ...]]:
 @pytest.mark.parametrize("notice", [BLANK, SAME, LOST, "camera right: no image came for 1.0 s"])
 def test_a_camera_that_gives_nothing_until_the_end_is_told(notice: str) -> None:
     assert gone_note(noticed(notice, 20), TIMES_S, 2) == (
-        "camera right gave nothing from 2.00 s on, in the last 40 of 60 observations: what was "
-        "tracked since rests on 1 other camera"
+        "camera right gave no new image from 2.00 s on, in the last 40 of 60 observations: what "
+        "was tracked since rests on 1 other camera"
     )
 
 

@@ -1,5 +1,6 @@
 """`servoid model --each`, through the command line."""
 
+import os
 import re
 import shutil
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 import pyarrow.parquet
 
 from conftest import Command, Drawing, write_png
+from servoid.output import claimed
 
 FAST = ("--max-ellipsoids", "2", "--delta", "0", "--views", "::4")
 
@@ -142,6 +144,31 @@ def test_what_cannot_be_is_told_in_a_line(
     assert message.replace("{}", str(captures)) in " ".join(ran.err.replace("│", " ").split())
     assert "Traceback" not in ran.err
     assert not (captures / "out.json").exists()
+
+
+def test_a_folder_into_which_another_run_writes_is_refused(
+    captures: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    (tmp_path / "all").mkdir()
+    with claimed(tmp_path / "all"):
+        ran = servoid_command("model", captures, "--each", "--out", tmp_path / "all", *FAST)
+    assert ran.code == 1
+    assert "another run is writing into" in ran.err
+    assert list((tmp_path / "all").iterdir()) == []
+
+
+def test_a_capture_whose_name_is_not_utf_8_is_named_or_reported_on_a_page(
+    captures: Path, tmp_path: Path, servoid_command: Command
+) -> None:
+    odd = tmp_path / "captures" / os.fsdecode(b"caf\xe9")
+    shutil.copytree(captures / "bird", odd)
+    ran = servoid_command("model", odd.parent, "--each", "--out", tmp_path / "all", *FAST)
+    assert ran.code == 1
+    assert "is not UTF-8, and cannot be stored in a table; rename the folder" in ran.err
+    alone = ("--out", tmp_path / "body.json", "--report", tmp_path / "report")
+    ran = servoid_command("model", odd, *alone, *FAST)
+    assert ran.code == 0, ran.err
+    assert "caf" in (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
 
 
 def test_bodies_are_not_written_into_a_capture_that_is_modelled(

@@ -13,7 +13,8 @@ from servoid.words import digits, measured
 ENDLESS = 2.0 * math.pi
 """The range of a joint without limits to each side, in rad."""
 
-_TINY = math.radians(TURN)  # rad, as limits in radians that are read as degrees
+TINY = math.radians(TURN)
+"""The largest limit, in rad, of those in radians that are read as degrees."""
 
 
 def mjcf_notes(settings: ArmSettings, model: Any, joints: Sequence[str]) -> Iterator[str]:
@@ -28,7 +29,7 @@ def mjcf_notes(settings: ArmSettings, model: Any, joints: Sequence[str]) -> Iter
         )
     limited = [joint for joint in joints if joint not in free]
     most = max((float(abs(model.jnt_range[places[one]]).max()) for one in limited), default=0.0)
-    if limited and most <= _TINY:
+    if limited and most <= TINY:
         yield (
             f"the joints of {name} turn by at most {measured(math.degrees(most))} degrees: are "
             'their ranges in radians? Then write <compiler angle="radian"/>, as MJCF files are in '

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 from servoid.errors import SimError
 from servoid.pose import Floats, Pose
 from servoid.servo import Joints, reached
+from servoid.sim.world.arms.file_notes import TINY
 from servoid.sim.world.arms.robot import EYES, HAND, Robot
 from servoid.sim.world.events.motions import pose_of
 from servoid.sim.world.scene.engine import load_mujoco
+from servoid.words import counted, measured
 
 _TRIES = 60  # initial values that are tried for a hand pose
 _SEED = 5
@@ -92,8 +94,24 @@ class Kinematics:
                 return found
         place = ", ".join(f"{part:.3f}" for part in world_from_hand.translation)
         raise SimError(
-            f"the arm cannot start with its hand at ({place}) m; give joint angles as arm.start"
+            f"the arm cannot start with its hand at ({place}) m{self._why_not()}; give joint "
+            "angles as arm.start"
         )
+
+    def _why_not(self) -> str:
+        """Return what keeps most poses out of reach, if that is known."""
+        count = self._free.stop
+        if count < _ENOUGH:
+            return (
+                f": it has {counted(count, 'joint')}, and to take any pose an arm needs {_ENOUGH}"
+            )
+        most = float(np.abs([self.joints.lower[:count], self.joints.upper[:count]]).max())
+        if most <= TINY:
+            return (
+                f": its joints turn by at most {measured(np.degrees(most))} degrees; an MJCF has "
+                'ranges in degrees, unless it says <compiler angle="radian"/>'
+            )
+        return ", by its reach or the ranges of its joints"
 
     def _key(self, world_from_hand: Pose) -> bytes:
         """Return a hash of all on which the joint angles for a hand pose depend."""
